@@ -1,0 +1,45 @@
+# Compiler settings shared by all of our own code. Dependencies are SYSTEM, so they stay silent.
+add_library(simulcap_warnings INTERFACE)
+target_compile_options(
+  simulcap_warnings
+  INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wall
+            -Wextra
+            -Wpedantic
+            -Wshadow
+            -Wnon-virtual-dtor
+            -Woverloaded-virtual
+            -Wold-style-cast
+            -Wcast-align
+            -Wconversion
+            -Wdouble-promotion
+            -Wformat=2
+            -Wnull-dereference
+            -Wextra-semi
+            -Werror
+            # No -Wsign-conversion: Eigen and Bullet index with signed integers.
+            -Wno-sign-conversion>)
+# Same bytes for the same source on every x86-64 machine: never fuse a*b+c behind our back.
+target_compile_options(simulcap_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>)
+
+if(SIMULCAP_SANITIZE)
+  add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+  # GCC 12 reports false positives from inlined Eigen code under the sanitizers.
+  target_compile_options(simulcap_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-null-dereference
+                                                     -Wno-maybe-uninitialized>)
+endif()
+
+# simulcap_library(NAME FILES...): one static library of our own code, included from the top of
+# the tree ("avatar/geometry/mesh.h").
+function(simulcap_library name)
+  add_library(${name} STATIC ${ARGN})
+  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE simulcap_warnings)
+endfunction()
+
+# simulcap_executable(NAME FILES...): one program of our own code.
+function(simulcap_executable name)
+  add_executable(${name} ${ARGN})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE simulcap_warnings)
+endfunction()
