@@ -11,5 +11,13 @@ if(NOT SIMULCAP_CORE_ONLY)
   find_package(CLI11 REQUIRED)
   find_package(spdlog REQUIRED)
   find_package(nlohmann_json REQUIRED)
-  find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs)
+  # By hand: OpenCV's own CMake file is in Debian's libopencv-dev, which brings 240 packages more.
+  find_path(OpenCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+  foreach(module core imgproc imgcodecs)
+    find_library(opencv_${module}_LIBRARY opencv_${module} REQUIRED)
+    add_library(opencv_${module} SHARED IMPORTED)
+    set_target_properties(
+      opencv_${module} PROPERTIES IMPORTED_LOCATION "${opencv_${module}_LIBRARY}"
+                                  INTERFACE_INCLUDE_DIRECTORIES "${OpenCV_INCLUDE_DIR}")
+  endforeach()
 endif()
