@@ -46,36 +46,55 @@ double distanceToSegment(
   return (p - a - t * ab).norm();
 }
 
-/// The slow, obvious ray caster: Möller & Trumbore against every face, in double. With all points
-/// in front of the camera the edges' image distances tell the pixels whose answer may differ.
-Hit castPixel(const MeshView& mesh, const Camera& camera, int x, int y, double nearPlane) {
-  Hit hit;
-  const Eigen::Vector3d ray = rayInCamera(camera, x, y);
+/// A face in the camera's frame [m] and in the image [px].
+struct ViewedFace {
+  std::array<Eigen::Vector3d, 3> p;
+  std::array<Eigen::Vector2d, 3> q;
+};
+
+std::vector<ViewedFace> viewFaces(const MeshView& mesh, const Camera& camera) {
+  std::vector<ViewedFace> result(static_cast<std::size_t>(mesh.numFaces()));
   for (Eigen::Index f = 0; f < mesh.numFaces(); ++f) {
-    std::array<Eigen::Vector3d, 3> p;
-    std::array<Eigen::Vector2d, 3> q;
+    ViewedFace& face = result[static_cast<std::size_t>(f)];
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d world = mesh.vertices.col(mesh.faces(k, f));
-      p[k] = camera.cameraFromWorld * world;
-      q[k] = project(camera, world).head<2>();
-      if (p[k].z() < nearPlane) {
-        hit.nearEdge = true;
-      }
+      face.p[k] = camera.cameraFromWorld * world;
+      face.q[k] = project(camera, world).head<2>();
     }
-    for (int k = 0; k < 3; ++k) {
-      hit.nearEdge |=
-          distanceToSegment(Eigen::Vector2d(x, y), q[k], q[(k + 1) % 3]) < kEdgeTolerance;
-    }
-    const Eigen::Vector3d e1 = p[1] - p[0];
-    const Eigen::Vector3d e2 = p[2] - p[0];
-    const Eigen::Vector3d h = ray.cross(e2);
-    const double det = e1.dot(h);
-    const double u = -p[0].dot(h) / det;
-    const double v = ray.dot(Eigen::Vector3d(-p[0]).cross(e1)) / det;
-    const double z = e2.dot(Eigen::Vector3d(-p[0]).cross(e1)) / det;
-    if (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && z >= nearPlane && z < hit.z) {
+  }
+  return result;
+}
+
+bool passesNear(const Eigen::Vector2d& pixel, const ViewedFace& face) {
+  return std::min(
+             {distanceToSegment(pixel, face.q[0], face.q[1]),
+              distanceToSegment(pixel, face.q[1], face.q[2]),
+              distanceToSegment(pixel, face.q[2], face.q[0])}) < kEdgeTolerance;
+}
+
+/// Depth at which a ray with z = 1 meets a face (Möller & Trumbore), infinite beside it.
+double intersect(const Eigen::Vector3d& ray, const ViewedFace& face) {
+  const Eigen::Vector3d e1 = face.p[1] - face.p[0];
+  const Eigen::Vector3d e2 = face.p[2] - face.p[0];
+  const Eigen::Vector3d h = ray.cross(e2);
+  const Eigen::Vector3d q = e1.cross(face.p[0]);
+  const double det = e1.dot(h);
+  const double u = -face.p[0].dot(h) / det;
+  const double v = ray.dot(q) / det;
+  return u >= 0.0 && v >= 0.0 && u + v <= 1.0 ? e2.dot(q) / det : kInfinity;
+}
+
+/// The slow, obvious ray caster: every face, in double. All points lie in front of the camera, so
+/// the edges' distances in the image tell the pixels whose answer may differ.
+Hit castPixel(const std::vector<ViewedFace>& faces, const Camera& camera, int x, int y) {
+  Hit hit;
+  const Eigen::Vector3d ray = rayInCamera(camera, x, y);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    hit.nearEdge = hit.nearEdge || passesNear({x, y}, faces[f]);
+    const double z = intersect(ray, faces[f]);
+    if (z < hit.z) {
       hit.z = z;
-      hit.face = f;
+      hit.face = static_cast<Eigen::Index>(f);
     }
   }
   return hit;
@@ -87,23 +106,21 @@ struct Comparison {
 
 /// Compares every pixel that is not within the tolerance of an edge with the ray caster.
 Comparison expectSameAsRayCaster(const TriangleMesh& mesh, const Camera& camera) {
-  const RasterOptions options;
-  const RasterImage image = rasterize(mesh, camera, options);
+  const RasterImage image = rasterize(mesh, camera);
+  const std::vector<ViewedFace> faces = viewFaces(mesh, camera);
   Comparison result;
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      const Hit hit = castPixel(mesh, camera, x, y, options.nearPlane);
-      if (hit.nearEdge) {
-        continue;
-      }
-      const std::size_t pixel = image.index(x, y);
-      ++result.compared;
-      result.covered += hit.face >= 0 ? 1 : 0;
-      EXPECT_EQ(image.triangle[pixel], hit.face) << x << ", " << y;
-      // One rounding to float (6e-8) and the conditioning of slanted faces in double.
-      const double expected = hit.face >= 0 ? hit.z : 0.0;
-      EXPECT_NEAR(image.depth[pixel], expected, 1.2e-7 * expected) << x << ", " << y;
+  for (int i = 0; i < camera.width * camera.height; ++i) {
+    const Hit hit = castPixel(faces, camera, i % camera.width, i / camera.width);
+    if (hit.nearEdge) {
+      continue;
     }
+    const auto pixel = static_cast<std::size_t>(i);
+    ++result.compared;
+    result.covered += hit.face >= 0 ? 1 : 0;
+    EXPECT_EQ(image.triangle[pixel], hit.face) << i;
+    // One rounding to float (6e-8) and the conditioning of slanted faces in double.
+    const double expected = hit.face >= 0 ? hit.z : 0.0;
+    EXPECT_NEAR(image.depth[pixel], expected, 1.2e-7 * expected) << i;
   }
   return result;
 }
@@ -120,36 +137,39 @@ TEST(Rasterizer, ShowsTheRandomTrianglesThatARayCasterSees) {
   EXPECT_GT(result.compared, 0.95 * 160 * 120);
 }
 
+Eigen::Vector2d pixelCentre(const RasterImage& image, std::size_t pixel) {
+  const int index = static_cast<int>(pixel);
+  const int row = index / image.width;
+  return {index % image.width, row};
+}
+
 TEST(Rasterizer, BarycentricsGiveThePointOnThePixelsRay) {
   const TriangleMesh mesh = test::triangleSoup(120, 0.4, 11);
   const Camera camera = testCamera();
   const RasterImage image = rasterize(mesh, camera);
   int covered = 0;
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      const std::size_t pixel = image.index(x, y);
-      const std::int32_t face = image.triangle[pixel];
-      if (face < 0) {
-        continue;
-      }
-      ++covered;
-      const double b0 = image.barycentrics[2 * pixel];
-      const double b1 = image.barycentrics[2 * pixel + 1];
-      EXPECT_GE(b0, 0.0);
-      EXPECT_GE(b1, 0.0);
-      EXPECT_LE(b0 + b1, 1.0 + 1.2e-7);  // two roundings to float
-      const Eigen::Vector3d point = b0 * mesh.vertices.col(mesh.faces(0, face)) +
-                                    b1 * mesh.vertices.col(mesh.faces(1, face)) +
-                                    (1.0 - b0 - b1) * mesh.vertices.col(mesh.faces(2, face));
-      const Eigen::Vector3d back = project(camera, point);
-      // Two weights rounded to float times edges of up to 1 m give 1e-7 m, 144 px/m / 2 m of that.
-      EXPECT_NEAR(back.z(), image.depth[pixel], 4e-7);
-      const bool onBorder = std::min({b0, b1, 1.0 - b0 - b1}) < 1e-6;
-      // On the border the pixel may lie outside by the rounding of the vertices and is moved back
-      // along the face: by that over the sine of the corner's angle, in needles ten times as much.
-      const double tolerance = onBorder ? 10.0 * kEdgeTolerance : 5e-5;
-      EXPECT_LT((back.head<2>() - Eigen::Vector2d(x, y)).norm(), tolerance);
+  for (std::size_t pixel = 0; pixel < image.depth.size(); ++pixel) {
+    const std::int32_t face = image.triangle[pixel];
+    if (face < 0) {
+      continue;
     }
+    ++covered;
+    const double b0 = image.barycentrics[2 * pixel];
+    const double b1 = image.barycentrics[2 * pixel + 1];
+    EXPECT_GE(b0, 0.0);
+    EXPECT_GE(b1, 0.0);
+    EXPECT_LE(b0 + b1, 1.0 + 1.2e-7);  // two roundings to float
+    const Eigen::Vector3d point = b0 * mesh.vertices.col(mesh.faces(0, face)) +
+                                  b1 * mesh.vertices.col(mesh.faces(1, face)) +
+                                  (1.0 - b0 - b1) * mesh.vertices.col(mesh.faces(2, face));
+    const Eigen::Vector3d back = project(camera, point);
+    // Two weights rounded to float times edges of up to 1 m give 1e-7 m, 144 px/m / 2 m of that.
+    EXPECT_NEAR(back.z(), image.depth[pixel], 4e-7);
+    const bool onBorder = std::min({b0, b1, 1.0 - b0 - b1}) < 1e-6;
+    // On the border the pixel may lie outside by the rounding of the vertices and is moved back
+    // along the face: by that over the sine of the corner's angle, in needles ten times as much.
+    const double tolerance = onBorder ? 10.0 * kEdgeTolerance : 5e-5;
+    EXPECT_LT((back.head<2>() - pixelCentre(image, pixel)).norm(), tolerance);
   }
   EXPECT_GT(covered, 5000);
 }
@@ -172,7 +192,7 @@ TEST(Rasterizer, CoversEveryPixelOfATiledPlaneExactlyOnce) {
     const double z = 2.0 + 0.3 * jitter.z();
     mesh.vertices.col(i) = unproject(camera, {u, v, z});
   }
-  std::vector<int> count(64 * 48, 0);
+  std::vector<int> count(rasterize(mesh, camera).depth.size(), 0);
   for (Eigen::Index f = 0; f < mesh.numFaces(); ++f) {
     const Eigen::Matrix3Xi face = mesh.faces.col(f);
     const RasterImage image = rasterize(MeshView(mesh.vertices, face), camera);

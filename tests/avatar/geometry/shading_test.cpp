@@ -21,7 +21,7 @@ Camera testCamera() {
 }
 
 int channel(const ColorImage& image, int x, int y, int c) {
-  return image.rgb[static_cast<std::size_t>(3 * (y * image.width + x) + c)];
+  return image.rgb[3 * (static_cast<std::size_t>(y) * image.width + x) + c];
 }
 
 ShadingOptions headLightOnly() {
