@@ -1,0 +1,120 @@
+#include "src/output/body_view.h"
+
+#include "avatar/body_pose.h"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+namespace simulcap {
+
+const std::vector<BodyView>& bodyViews() {
+  using avatar::SmplJoint;
+  static const std::vector<BodyView> kViews = {
+      {"front", {0.0, 0.0, -1.0}},
+      {"back", {0.0, 0.0, 1.0}},
+      {"side", {-1.0, 0.0, 0.0}},
+      {"right-side", {1.0, 0.0, 0.0}},
+      {"three-quarter", {-0.7, -0.2, -0.7}},
+      {"three-quarter-back", {0.7, -0.2, 0.7}},
+      {"top", {0.0, -1.0, 0.0}, {0.0, 0.0, -1.0}},
+      {"face", {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, {SmplJoint::kHead}},
+      {"face-side", {-0.9, 0.0, -0.45}, {0.0, 1.0, 0.0}, {SmplJoint::kHead}},
+      {"hand", {0.0, -0.9, -0.45}, {0.0, 1.0, 0.0}, {SmplJoint::kLeftWrist, SmplJoint::kLeftHand}},
+      {"foot", {-0.7, -0.4, -0.5}, {0.0, 1.0, 0.0}, {SmplJoint::kLeftAnkle, SmplJoint::kLeftFoot}},
+  };
+  return kViews;
+}
+
+const BodyView& bodyView(const std::string& name) {
+  const std::vector<BodyView>& views = bodyViews();
+  const auto found = std::find_if(
+      views.begin(), views.end(), [&](const BodyView& view) { return view.name == name; });
+  if (found == views.end())
+    throw std::invalid_argument("bodyView: no view is called " + name);
+  return *found;
+}
+
+namespace {
+
+int strongestJoint(const avatar::BodyModel& model, int vertex) {
+  using Weights = decltype(model.skinningWeights);
+  int strongest = 0;
+  double weight = 0.0;
+  for (Weights::InnerIterator it(model.skinningWeights, vertex); it; ++it) {
+    if (it.value() > weight) {
+      weight = it.value();
+      strongest = static_cast<int>(it.col());
+    }
+  }
+  return strongest;
+}
+
+}  // namespace
+
+std::vector<int> verticesOfJoints(const avatar::BodyModel& model, const std::vector<int>& joints) {
+  std::vector<int> vertices;
+  for (int v = 0; v < model.skinningWeights.rows(); ++v) {
+    const int joint = strongestJoint(model, v);
+    if (joints.empty() || std::find(joints.begin(), joints.end(), joint) != joints.end())
+      vertices.push_back(v);
+  }
+  return vertices;
+}
+
+std::vector<Eigen::AlignedBox3d> framingBoxes(
+    const std::vector<PosedBody>& bodies, const std::vector<int>& vertices, bool commonFloor) {
+  std::vector<Eigen::AlignedBox3d> boxes(bodies.size());
+  Eigen::Vector3d largest = Eigen::Vector3d::Zero();
+  Eigen::AlignedBox3d all;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (const int v : vertices)
+      boxes[i].extend(Eigen::Vector3d(bodies[i].vertices.col(v)));
+    largest = largest.cwiseMax(boxes[i].sizes());
+    all.extend(boxes[i]);
+  }
+  for (Eigen::AlignedBox3d& box : boxes) {
+    const Eigen::Vector3d centre = box.center();
+    const double floor = commonFloor ? all.min().y() : box.min().y();
+    const double top = commonFloor ? all.max().y() : floor + largest.y();
+    box.min() = Eigen::Vector3d(centre.x() - largest.x() / 2, floor, centre.z() - largest.z() / 2);
+    box.max() = Eigen::Vector3d(centre.x() + largest.x() / 2, top, centre.z() + largest.z() / 2);
+  }
+  return boxes;
+}
+
+void PictureOptions::validate() const {
+  const auto require = [](bool holds, const char* what) {
+    if (!holds)
+      throw std::invalid_argument(std::string("PictureOptions: ") + what);
+  };
+  require(width >= 16 && width <= 8192, "width must be 16 to 8192 px");
+  require(height >= 16 && height <= 8192, "height must be 16 to 8192 px");
+  require(supersampling >= 1 && supersampling <= 4, "supersampling must be 1 to 4");
+  require(
+      color.minCoeff() >= 0.0 && color.maxCoeff() <= 1.0, "colour channels must be within 0 to 1");
+}
+
+avatar::ColorImage picture(
+    const avatar::MeshView& mesh,
+    const BodyView& view,
+    const Eigen::AlignedBox3d& box,
+    const PictureOptions& options) {
+  options.validate();
+  // As from about six metres: the proportions that a person is used to see.
+  const double focalLength = 3.0 * std::max(options.width, options.height);
+  const avatar::Camera lens{
+      .width = options.width,
+      .height = options.height,
+      .fx = focalLength,
+      .fy = focalLength,
+      .cx = 0.5 * (options.width - 1),
+      .cy = 0.5 * (options.height - 1)};
+  const avatar::Camera camera = avatar::frameBox(
+      lens, box, {.viewDirection = view.direction.normalized(), .up = view.up, .margin = 0.04});
+  const avatar::ShadedMesh body{
+      .mesh = mesh, .color = options.color, .wireframe = options.wireframe};
+  return avatar::shade(body, camera, {.supersampling = options.supersampling});
+}
+
+}  // namespace simulcap

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "avatar/body_model.h"
+#include "avatar/geometry/shading.h"
+
+#include <Eigen/Geometry>
+
+#include <string>
+#include <vector>
+
+namespace simulcap {
+
+/// A named way to look at a body that stands in the world (Y up, facing +Z).
+struct BodyView {
+  std::string name;
+  Eigen::Vector3d direction;  ///< from the camera to the body
+  Eigen::Vector3d up = {0.0, 1.0, 0.0};
+  std::vector<int> joints = {};  ///< the parts shown, as SMPL joints; none: the whole body
+};
+
+/// front, back, side, right-side, three-quarter, three-quarter-back, top, face, face-side, hand,
+/// foot.
+const std::vector<BodyView>& bodyViews();
+
+/// Throws std::invalid_argument for an unknown name.
+const BodyView& bodyView(const std::string& name);
+
+/// A body as it is at one moment.
+struct PosedBody {
+  std::string label;          ///< for the caption
+  Eigen::Matrix3Xd vertices;  ///< 3 × V [m]
+};
+
+/// The vertices whose strongest skinning weight is on one of the joints (all for an empty list).
+std::vector<int> verticesOfJoints(const avatar::BodyModel& model, const std::vector<int>& joints);
+
+/// What a view shows of each body: boxes of one size, so that all are pictured at one scale, each
+/// centred on its body. `commonFloor`: all at the height where they are (a jump stays visible)
+/// instead of standing on the lower edge.
+std::vector<Eigen::AlignedBox3d> framingBoxes(
+    const std::vector<PosedBody>& bodies, const std::vector<int>& vertices, bool commonFloor);
+
+struct PictureOptions {
+  int width = 480;                             ///< [px], 16 … 8192
+  int height = 640;                            ///< [px], 16 … 8192
+  int supersampling = 2;                       ///< samples per pixel and side, 1 … 4
+  Eigen::Vector3d color = {0.80, 0.66, 0.58};  ///< of the skin, display values in [0, 1]
+  bool wireframe = false;                      ///< draw the edges of the faces
+
+  /// Throws std::invalid_argument when a value is out of its range.
+  void validate() const;
+};
+
+/// A body (vertices with the model's faces) seen by a long lens so that the box fills the picture.
+avatar::ColorImage picture(
+    const avatar::MeshView& mesh,
+    const BodyView& view,
+    const Eigen::AlignedBox3d& box,
+    const PictureOptions& options);
+
+}  // namespace simulcap

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "avatar/geometry/shading.h"
+
+#include <string>
+
+namespace simulcap {
+
+/// Writes an 8-bit RGB PNG, whole or not at all. Throws avatar::FileError.
+void writePng(const std::string& path, const avatar::ColorImage& image);
+
+/// Reads any 8-bit picture as RGB. Throws avatar::FileError when it is missing or damaged.
+avatar::ColorImage readColorImage(const std::string& path);
+
+struct TextOptions {
+  int x = 0, y = 0;  ///< left end of the baseline [px]
+  int height = 14;   ///< of a capital letter [px], ≥ 6
+  unsigned char gray = 40;
+};
+
+/// Writes one line of ASCII text into the image; what doesn't fit is cut off.
+void drawText(avatar::ColorImage& image, const std::string& text, const TextOptions& options);
+
+/// Width of the text when drawn [px].
+int textWidth(const std::string& text, int height);
+
+}  // namespace simulcap

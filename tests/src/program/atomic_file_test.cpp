@@ -1,0 +1,65 @@
+#include "src/program/atomic_file.h"
+
+#include "avatar/io/file_error.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace simulcap {
+namespace {
+
+namespace fs = std::filesystem;
+
+class AtomicFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static std::string contents(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+
+  fs::path folder_ =
+      fs::temp_directory_path() / (std::string("simulcap_atomic_") +
+                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(AtomicFile, WritesEveryByteAndMakesTheFolder) {
+  const std::string bytes("a\0b\r\n\xff", 6);
+  writeFileAtomically(folder_ / "new" / "file.bin", bytes);
+  EXPECT_EQ(contents(folder_ / "new" / "file.bin"), bytes);
+}
+
+TEST_F(AtomicFile, ReplacesAndLeavesNothingElseBehind) {
+  writeFileAtomically(folder_ / "file.txt", "old and long");
+  writeFileAtomically(folder_ / "file.txt", "new");
+  EXPECT_EQ(contents(folder_ / "file.txt"), "new");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+TEST_F(AtomicFile, AFolderThatCannotBeMadeIsNamed) {
+  writeFileAtomically(folder_ / "file", "in the way");
+  try {
+    writeFileAtomically(folder_ / "file" / "below.txt", "text");
+    FAIL() << "a file was written below a file";
+  } catch (const avatar::FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("below.txt"), std::string::npos);
+  }
+}
+
+TEST_F(AtomicFile, AFolderIsNotOverwritten) {
+  EXPECT_THROW(writeFileAtomically(folder_, "text"), avatar::FileError);
+}
+
+}  // namespace
+}  // namespace simulcap
