@@ -25,19 +25,17 @@ bool isValid(const BodyPose& pose) {
          pose.translation.allFinite();
 }
 
-double lowestFoot(const JointPositions& restJoints, const BodyPose& pose) {
-  const JointPositions joints = posedSkeleton(restJoints, pose).joints;
-  return std::min(
-      std::min(joints(1, kLeftFoot), joints(1, kRightFoot)),
-      std::min(joints(1, kLeftAnkle), joints(1, kRightAnkle)));
-}
-
-double lowestFoot(const JointPositions& restJoints, const Motion& motion) {
-  double lowest = lowestFoot(restJoints, motion.frames.front());
+/// Floor of a clip: the height that the soles come down to. A tenth of the frames may be lower, so
+/// that noise and single bad frames don't lift the whole clip.
+double floorLevel(const RestSkeleton& body, const Motion& motion) {
+  std::vector<double> heights;
+  heights.reserve(motion.frames.size());
   for (const BodyPose& pose : motion.frames) {
-    lowest = std::min(lowest, lowestFoot(restJoints, pose));
+    heights.push_back(lowestSole(body, pose));
   }
-  return lowest;
+  const auto tenth = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 10);
+  std::nth_element(heights.begin(), tenth, heights.end());
+  return *tenth;
 }
 
 /// Rotation applied to the whole world.
@@ -61,8 +59,7 @@ BodyPose blendStart(const Motion& motion, const APoseBlendOptions& options) {
         Eigen::Quaterniond(Eigen::AngleAxisd(heading(first), Eigen::Vector3d::UnitY())));
   }
   start.translation = first.translation;
-  const JointPositions& rest = options.body.joints;
-  start.translation.y() += lowestFoot(rest, motion) - lowestFoot(rest, start);
+  start.translation.y() += floorLevel(options.body, motion) - lowestSole(options.body, start);
   return start;
 }
 
@@ -219,9 +216,7 @@ Motion placedOnFloor(const Motion& motion, const RestSkeleton& body) {
   if (motion.frames.empty()) {
     return motion;
   }
-  const double standing = lowestFoot(body.joints, BodyPose{}) - body.floorHeight;
-  const double shift = standing - lowestFoot(body.joints, motion);
-  return translated(motion, Eigen::Vector3d(0.0, shift, 0.0));
+  return translated(motion, Eigen::Vector3d(0.0, -floorLevel(body, motion), 0.0));
 }
 
 MotionCheck checked(const Motion& motion) {

@@ -52,8 +52,8 @@ struct APoseBlendOptions {
 };
 
 /// Puts a blend in front of the clip: from aPose(), standing where the clip starts and on its
-/// floor (its lowest foot), to the first frame. Minimum-jerk in time; arrives with the clip's own
-/// velocity, so nothing jerks at the seam.
+/// floor (where its soles come down to), to the first frame. Minimum-jerk in time; arrives with the
+/// clip's own velocity, so nothing jerks at the seam.
 Motion blendedFromAPose(const Motion& motion, const APoseBlendOptions& options = {});
 
 /// Turns a clip recorded with Z up and facing −Y to Y up and facing +Z: R = rotation by −90° about
@@ -69,8 +69,8 @@ Motion turned(const Motion& motion, double yaw, const Eigen::Vector3d& restPelvi
 /// Direction the pelvis faces, as the angle from +Z towards +X [rad], (−π, π].
 double heading(const BodyPose& pose);
 
-/// The clip so that its lowest foot joint over all frames is as high as in the standing body, floor
-/// at y = 0. Exact placing needs vertices: translated(motion, −lowest vertex).
+/// The clip moved up or down so that its soles come down to y = 0; a tenth of the frames may be
+/// lower (noise). Exact placing needs vertices: translated(motion, −lowest vertex).
 Motion placedOnFloor(const Motion& motion, const RestSkeleton& body);
 
 /// What is wrong with a clip, frame by frame.

@@ -2,6 +2,7 @@
 
 #include "avatar/axis_angle.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -85,6 +86,22 @@ PosedSkeleton posedSkeleton(const JointPositions& restJoints, const BodyPose& po
         posed.rotations.at(parent) * (restJoints.col(joint) - restJoints.col(parent));
   }
   return posed;
+}
+
+double lowestSole(const RestSkeleton& body, const BodyPose& pose) {
+  constexpr double kHeelBehindAnkle = 0.05;  // [m]
+  constexpr double kTipBeforeBall = 0.07;    // [m]
+  const PosedSkeleton posed = posedSkeleton(body.joints, pose);
+  const auto height = [&](int joint, double forward) {
+    const Eigen::Vector3d toSole(0.0, body.floorHeight - body.joints(1, joint), forward);
+    return posed.joints(1, joint) + (posed.rotations.at(joint) * toSole).y();
+  };
+  double lowest = height(kLeftAnkle, -kHeelBehindAnkle);
+  lowest = std::min(lowest, height(kRightAnkle, -kHeelBehindAnkle));
+  for (const int foot : {kLeftFoot, kRightFoot}) {
+    lowest = std::min({lowest, height(foot, 0.0), height(foot, kTipBeforeBall)});
+  }
+  return lowest;
 }
 
 Eigen::Quaterniond jointRotation(const BodyPose& pose, int joint) {

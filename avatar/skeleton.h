@@ -34,6 +34,10 @@ struct PosedSkeleton {
 
 PosedSkeleton posedSkeleton(const JointPositions& restJoints, const BodyPose& pose);
 
+/// Height of the lowest point of the soles [m]: heels 5 cm behind the ankles, balls under the foot
+/// joints, tips of the toes 7 cm before them (a foot is 0.152 statures long, Drillis & Contini).
+double lowestSole(const RestSkeleton& body, const BodyPose& pose);
+
 /// Rotation of one joint relative to its parent.
 Eigen::Quaterniond jointRotation(const BodyPose& pose, int joint);
 void setJointRotation(BodyPose& pose, int joint, const Eigen::Quaterniond& rotation);

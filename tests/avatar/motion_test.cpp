@@ -135,9 +135,7 @@ TEST(Motion, BlendStandsOnTheClipsFloor) {
   pose.translation << 0.3, 2.0, -0.4;
   motion.frames.assign(3, pose);
   const BodyPose start = blendedFromAPose(motion, {}).frames[0];
-  const double clipFoot = posedSkeleton(body.joints, pose).joints.row(1).minCoeff();
-  const double startFoot = posedSkeleton(body.joints, start).joints.row(1).minCoeff();
-  EXPECT_NEAR(startFoot, clipFoot, 1e-12);
+  EXPECT_NEAR(lowestSole(body, start), lowestSole(body, pose), 1e-12);
 }
 
 TEST(Motion, ZUpToYUpRotatesTheWholeBody) {
@@ -185,13 +183,22 @@ TEST(Motion, BadFramesAreCountedAndFilledFromTheirNeighbours) {
   EXPECT_EQ(filled.frames[0].translation, motion.frames[1].translation);
 }
 
-TEST(Motion, PlacedOnTheFloorTheLowestFootStandsThere) {
+TEST(Skeleton, SolesAreOnTheFloorAtRestAndTheHeelRisesWithAnklePitch) {
+  const RestSkeleton body = defaultRestSkeleton();
+  EXPECT_NEAR(lowestSole(body, BodyPose{}), body.floorHeight, 1e-14);
+  // Toes down by 0.2 rad about the ankles: the ball sinks by its distance times the sine.
+  BodyPose pose;
+  pose.jointRotations[3 * kLeftAnkle] = 0.2;
+  EXPECT_LT(lowestSole(body, pose), body.floorHeight - 0.13 * std::sin(0.2));
+}
+
+TEST(Motion, PlacedOnTheFloorTheSolesStandThere) {
   const RestSkeleton body = defaultRestSkeleton();
   Motion motion = spinning(10.0, 4, 0.0);
-  motion.frames[2].translation.y() = 0.7;
+  motion.frames[2].translation.y() = 1.7;  // a jump
   const Motion placed = placedOnFloor(motion, body);
-  const double foot = posedSkeleton(body.joints, placed.frames[2]).joints(1, kLeftFoot);
-  EXPECT_NEAR(foot, body.joints(1, kLeftFoot) - body.floorHeight, 1e-12);
+  EXPECT_NEAR(lowestSole(body, placed.frames[0]), 0.0, 1e-12);
+  EXPECT_NEAR(lowestSole(body, placed.frames[2]), 0.8, 1e-12);
 }
 
 }  // namespace
