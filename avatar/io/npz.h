@@ -28,31 +28,42 @@ struct NpyArray {
 
   Type type = Type::kFloat64;
   std::vector<std::int64_t> shape;  ///< empty: a scalar
-  std::vector<std::uint8_t>
-      bytes;  ///< little endian, C order (Fortran order is converted on reading)
+  /// Elements in C order, little endian (Fortran order and big endian are converted on reading).
+  /// Text: every element as UTF-8, closed by a zero byte.
+  std::vector<std::uint8_t> bytes;
 
-  std::int64_t size() const;        ///< product of the shape; 1 for a scalar
-  std::string shapeText() const;    ///< "(6890, 3)"
-  double at(std::int64_t i) const;  ///< element i in C order, converted; throws std::out_of_range
+  std::int64_t size() const;      ///< product of the shape; 1 for a scalar
+  std::string shapeText() const;  ///< "(6890, 3)"
+  /// Element i in C order, converted. Throws std::out_of_range; std::invalid_argument for text.
+  double at(std::int64_t i) const;
 
-  /// 2D (or higher: trailing axes flattened) as an Eigen matrix, shape[0] × rest.
+  /// shape[0] × product of the other axes (a vector: size × 1; a scalar: 1 × 1). Throws
+  /// std::invalid_argument for text.
   Eigen::MatrixXd asMatrix() const;
-  std::string asText() const;  ///< numpy unicode or bytes scalar
+  /// The one element of a text array. Throws std::invalid_argument when it is something else.
+  std::string asText() const;
 
+  /// 2D array of the matrix's shape. Integer types round to nearest and saturate.
   static NpyArray fromMatrix(const Eigen::MatrixXd& matrix, Type type = Type::kFloat64);
   static NpyArray fromText(const std::string& text);
 };
 
 using NpzArrays = std::map<std::string, NpyArray>;
 
-/// Reads every array. Throws FileError naming the file and the key: not a zip, truncated, unknown
-/// dtype (objects are refused), shape that doesn't match the data.
-NpzArrays readNpz(const std::string& path);
+/// Reads every array, or only those of `keys` that are there (the rest isn't even parsed; use it
+/// for files that carry Python objects beside the wanted arrays). Throws FileError naming the file
+/// and the key: missing, not a zip, truncated, unknown dtype (Python objects are refused), shape
+/// that doesn't match the data.
+NpzArrays readNpz(const std::string& path, const std::vector<std::string>& keys = {});
 NpzArrays readNpzFromMemory(
-    const void* data, std::size_t numBytes, const std::string& nameForErrors);
+    const void* data,
+    std::size_t numBytes,
+    const std::string& nameForErrors,
+    const std::vector<std::string>& keys = {});
 
 /// Writes a deflated .npz under a temporary name, then renames. Same arrays, same bytes (fixed
-/// dates, sorted keys). Throws FileError when the folder can't be written.
+/// dates, sorted keys). Throws FileError when the folder can't be written, std::invalid_argument
+/// when an array's bytes don't fit its shape or there is no array.
 void writeNpz(const std::string& path, const NpzArrays& arrays);
 
 }  // namespace avatar
