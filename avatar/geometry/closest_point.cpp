@@ -253,7 +253,7 @@ class TriangleBvh::Builder {
 TriangleBvh::TriangleBvh(const MeshView& mesh)
     : faces_(mesh.faces), numVertices_(mesh.numVertices()) {
   requireValid(mesh, "TriangleBvh");
-  Builder(*this, mesh);
+  const Builder builder(*this, mesh);
   loadTriangles(mesh.vertices);
   refitNodes();
 }
@@ -307,7 +307,7 @@ ClosestPoint TriangleBvh::closestPoint(const Eigen::Vector3d& query, double maxD
 
   ClosestPoint best;
   best.squaredDistance = maxDistance * maxDistance;
-  std::array<Entry, kStackSize> stack;
+  std::array<Entry, kStackSize> stack{};
   std::size_t size = 0;
   const auto push = [&](std::int32_t node, double squaredDistance) {
     if (squaredDistance < best.squaredDistance) {
@@ -406,7 +406,7 @@ RayHit TriangleBvh::castRay(const Ray& ray, bool stopAtFirst) const {
   const WatertightRay watertight(ray);
   RayHit best;
   best.t = ray.tMax;
-  std::array<std::int32_t, kStackSize> stack;
+  std::array<std::int32_t, kStackSize> stack{};
   std::size_t size = 0;
   if (!nodes_.empty()) {
     stack[size++] = 0;
