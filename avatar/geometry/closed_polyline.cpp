@@ -48,20 +48,21 @@ double ClosedPolyline::turning(double arcLength, double reach) const {
 }
 
 bool ClosedPolyline::isSharpest(
-    Eigen::Index point, const std::vector<double>& turnings, double reach) const {
+    Eigen::Index point,
+    Eigen::Index step,
+    const std::vector<double>& turnings,
+    double reach) const {
   const double own = turnings[static_cast<std::size_t>(point)];
   const Eigen::Index n = numPoints();
-  for (const Eigen::Index step : {Eigen::Index{1}, n - 1}) {
-    for (Eigen::Index i = (point + step) % n; i != point; i = (i + step) % n) {
-      const double away = std::min(
-          forward(arcLength(point), arcLength(i)), forward(arcLength(i), arcLength(point)));
-      if (away > reach) {
-        break;
-      }
-      const double other = turnings[static_cast<std::size_t>(i)];
-      if (other > own || (other == own && i < point)) {
-        return false;
-      }
+  for (Eigen::Index i = (point + step) % n; i != point; i = (i + step) % n) {
+    const double away =
+        std::min(forward(arcLength(point), arcLength(i)), forward(arcLength(i), arcLength(point)));
+    const double other = turnings[static_cast<std::size_t>(i)];
+    if (away > reach) {
+      return true;
+    }
+    if (other > own || (other == own && i < point)) {
+      return false;
     }
   }
   return true;
@@ -77,7 +78,8 @@ std::vector<Eigen::Index> ClosedPolyline::corners(
   std::vector<Eigen::Index> result;
   for (Eigen::Index i = 0; i < numPoints(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    if (turnings[k] > angle && isSharpest(i, turnings, reach[k])) {
+    if (turnings[k] > angle && isSharpest(i, 1, turnings, reach[k]) &&
+        isSharpest(i, numPoints() - 1, turnings, reach[k])) {
       result.push_back(i);
     }
   }

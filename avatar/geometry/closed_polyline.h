@@ -34,7 +34,12 @@ class ClosedPolyline {
   std::vector<Eigen::Index> corners(const std::vector<double>& reach, double angle) const;
 
  private:
-  bool isSharpest(Eigen::Index point, const std::vector<double>& turnings, double reach) const;
+  /// Of all points within reach in steps of `step` (modulo N), does none turn more?
+  bool isSharpest(
+      Eigen::Index point,
+      Eigen::Index step,
+      const std::vector<double>& turnings,
+      double reach) const;
 
   Eigen::Matrix3Xd points_;
   std::vector<double> arcLengths_;  // N + 1 entries, from 0 to the whole length

@@ -299,45 +299,51 @@ void TriangleBvh::refitNodes() {
   }
 }
 
-ClosestPoint TriangleBvh::closestPoint(const Eigen::Vector3d& query, double maxDistance) const {
-  struct Entry {
-    std::int32_t node;
-    double squaredDistance;
-  };
-
-  ClosestPoint best;
-  best.squaredDistance = maxDistance * maxDistance;
-  std::array<Entry, kStackSize> stack{};
-  std::size_t size = 0;
-  const auto push = [&](std::int32_t node, double squaredDistance) {
-    if (squaredDistance < best.squaredDistance) {
-      stack[size++] = {node, squaredDistance};
-    }
-  };
-  const auto distanceTo = [&](std::int32_t node) {
-    const Node& n = nodes_[static_cast<std::size_t>(node)];
-    return squaredDistanceToBox(query.array(), n.low, n.high);
-  };
-  if (!nodes_.empty()) {
-    push(0, distanceTo(0));
+/// Depth-first search, the nearer child first; keeps the nearest point so far.
+class TriangleBvh::NearestSearch {
+ public:
+  NearestSearch(const TriangleBvh& bvh, const Eigen::Vector3d& query, double maxDistance)
+      : bvh_(bvh), query_(query) {
+    best_.squaredDistance = maxDistance * maxDistance;
   }
-  while (size > 0) {
-    const Entry entry = stack[--size];
-    if (entry.squaredDistance >= best.squaredDistance) {
-      continue;
+
+  ClosestPoint run() {
+    if (!bvh_.nodes_.empty()) {
+      push(0, distanceTo(0));
     }
-    const Node& node = nodes_[static_cast<std::size_t>(entry.node)];
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      const auto t = static_cast<std::size_t>(i);
-      const ClosestPoint candidate =
-          closestPointOnTriangle(query, triangles_[t].a, triangles_[t].b, triangles_[t].c);
-      if (candidate.squaredDistance < best.squaredDistance) {
-        best = candidate;
-        best.face = order_[t];
+    while (size_ > 0) {
+      const Entry entry = stack_[--size_];
+      if (entry.squaredDistance < best_.squaredDistance) {
+        visit(entry.node);
       }
     }
+    return best_;
+  }
+
+ private:
+  struct Entry {
+    std::int32_t node = 0;
+    double squaredDistance = 0.0;  // to the node's box
+  };
+
+  double distanceTo(std::int32_t index) const {
+    const Node& node = bvh_.nodes_[static_cast<std::size_t>(index)];
+    return squaredDistanceToBox(query_.array(), node.low, node.high);
+  }
+
+  void push(std::int32_t node, double squaredDistance) {
+    if (squaredDistance < best_.squaredDistance) {
+      stack_[size_++] = {node, squaredDistance};
+    }
+  }
+
+  void visit(std::int32_t index) {
+    const Node& node = bvh_.nodes_[static_cast<std::size_t>(index)];
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      visitTriangle(static_cast<std::size_t>(i));
+    }
     if (node.count == 0) {
-      const std::int32_t left = entry.node + 1;
+      const std::int32_t left = index + 1;
       const double toLeft = distanceTo(left);
       const double toRight = distanceTo(node.first);
       const bool leftFirst = toLeft <= toRight;
@@ -345,14 +351,33 @@ ClosestPoint TriangleBvh::closestPoint(const Eigen::Vector3d& query, double maxD
       push(leftFirst ? left : node.first, std::min(toLeft, toRight));
     }
   }
-  return best;
+
+  void visitTriangle(std::size_t i) {
+    const Triangle& triangle = bvh_.triangles_[i];
+    const ClosestPoint candidate =
+        closestPointOnTriangle(query_, triangle.a, triangle.b, triangle.c);
+    if (candidate.squaredDistance < best_.squaredDistance) {
+      best_ = candidate;
+      best_.face = bvh_.order_[i];
+    }
+  }
+
+  const TriangleBvh& bvh_;
+  const Eigen::Vector3d& query_;
+  ClosestPoint best_;
+  std::array<Entry, kStackSize> stack_;
+  std::size_t size_ = 0;
+};
+
+ClosestPoint TriangleBvh::closestPoint(const Eigen::Vector3d& query, double maxDistance) const {
+  return NearestSearch(*this, query, maxDistance).run();
 }
 
 /// The ray in a sheared frame in which it runs along +z from the origin: whether it passes left or
 /// right of an edge is then one 2-D cross product, the same for both faces of the edge.
 struct TriangleBvh::WatertightRay {
   explicit WatertightRay(const Ray& ray)
-      : origin(ray.origin), inverse(ray.direction.cwiseInverse()) {
+      : origin(ray.origin), inverse(ray.direction.cwiseInverse()), tMin(ray.tMin) {
     ray.direction.cwiseAbs().maxCoeff(&kz);
     kx = (kz + 1) % 3;
     ky = (kx + 1) % 3;
@@ -383,21 +408,42 @@ struct TriangleBvh::WatertightRay {
   }
 
   /// Does the ray meet the box between tMin and tMax?
-  bool meets(const Node& node, double tMin, double tMax) const {
+  bool meets(const Node& node, double tMax) const {
+    double start = tMin;
     const Eigen::Array3d t0 = (node.low - origin.array()) * inverse.array();
     const Eigen::Array3d t1 = (node.high - origin.array()) * inverse.array();
     for (int k = 0; k < 3; ++k) {
       // 0 · ∞ = NaN (a ray within a box's side) loses every comparison, as it should. Rounding of
       // the far end must not lose a box (Ize 2013).
-      tMin = std::max(tMin, std::min(t0[k], t1[k]));
+      start = std::max(start, std::min(t0[k], t1[k]));
       tMax = std::min(tMax, std::max(t0[k], t1[k]) * (1.0 + 1e-15));
     }
-    return tMin <= tMax;
+    return start <= tMax;
+  }
+
+  /// Does the ray pass the middle of the first box before that of the second?
+  bool runsFrom(const Node& first, const Node& second) const {
+    return (first.low[kz] + first.high[kz] <= second.low[kz] + second.high[kz]) ==
+           (inverse[kz] > 0.0);
   }
 
   Eigen::Vector3d origin, inverse, shear;
+  double tMin;
   int kx = 0, ky = 1, kz = 2;
 };
+
+/// Nearest hit of a leaf, if it is nearer than the best one so far.
+RayHit TriangleBvh::nearerHit(
+    const Node& leaf, const WatertightRay& ray, const RayHit& best) const {
+  RayHit result = best;
+  for (std::int32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+    RayHit hit = ray.intersect(triangles_[static_cast<std::size_t>(i)]);
+    hit.face = order_[static_cast<std::size_t>(i)];
+    const bool nearer = hit.t < result.t || (result.face < 0 && hit.t == result.t);
+    result = std::isfinite(hit.t) && hit.t >= ray.tMin && nearer ? hit : result;
+  }
+  return result;
+}
 
 RayHit TriangleBvh::castRay(const Ray& ray, bool stopAtFirst) const {
   if (!(ray.direction.squaredNorm() > 0.0 && ray.direction.allFinite())) {
@@ -407,35 +453,21 @@ RayHit TriangleBvh::castRay(const Ray& ray, bool stopAtFirst) const {
   RayHit best;
   best.t = ray.tMax;
   std::array<std::int32_t, kStackSize> stack{};
-  std::size_t size = 0;
-  if (!nodes_.empty()) {
-    stack[size++] = 0;
-  }
-  while (size > 0) {
+  std::size_t size = nodes_.empty() ? 0 : 1;  // the root is node 0
+  while (size > 0 && !(stopAtFirst && best.face >= 0)) {
     const std::int32_t index = stack[--size];
     const Node& node = nodes_[static_cast<std::size_t>(index)];
-    if (!watertight.meets(node, ray.tMin, best.t)) {
+    if (!watertight.meets(node, best.t)) {
       continue;
     }
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      RayHit hit = watertight.intersect(triangles_[static_cast<std::size_t>(i)]);
-      hit.face = order_[static_cast<std::size_t>(i)];
-      const bool nearer = hit.t < best.t || (best.face < 0 && hit.t == best.t);
-      best = std::isfinite(hit.t) && hit.t >= ray.tMin && nearer ? hit : best;
-    }
-    if (stopAtFirst && best.face >= 0) {
-      return best;
-    }
+    best = nearerHit(node, watertight, best);
     if (node.count == 0) {
-      // The children's order along the axis that the ray follows most: the nearer one is on top.
-      const std::int32_t left = index + 1;
-      const Node& l = nodes_[static_cast<std::size_t>(left)];
-      const Node& r = nodes_[static_cast<std::size_t>(node.first)];
-      const int k = watertight.kz;
-      const bool leftNearer =
-          (l.low[k] + l.high[k] <= r.low[k] + r.high[k]) == (ray.direction[k] > 0.0);
-      stack[size++] = leftNearer ? node.first : left;
-      stack[size++] = leftNearer ? left : node.first;
+      // Of the children, the nearer one along the axis that the ray follows most goes on top.
+      const Node& left = nodes_[static_cast<std::size_t>(index) + 1];
+      const Node& right = nodes_[static_cast<std::size_t>(node.first)];
+      const bool leftNearer = watertight.runsFrom(left, right);
+      stack[size++] = leftNearer ? node.first : index + 1;
+      stack[size++] = leftNearer ? index + 1 : node.first;
     }
   }
   return best;

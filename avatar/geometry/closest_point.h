@@ -77,10 +77,12 @@ class TriangleBvh {
   };
   struct WatertightRay;
   class Builder;
+  class NearestSearch;
 
   Node leafBounds(std::int32_t first, std::int32_t count) const;
   void refitNodes();
   void loadTriangles(const Eigen::Matrix3Xd& vertices);
+  RayHit nearerHit(const Node& leaf, const WatertightRay& ray, const RayHit& best) const;
   RayHit castRay(const Ray& ray, bool stopAtFirst) const;
 
   Eigen::Matrix3Xi faces_;

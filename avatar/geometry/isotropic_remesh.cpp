@@ -116,6 +116,12 @@ class Remesher {
     return size;
   }
 
+  Vertex addVertex(const Vector3d& point) {
+    const Vertex v(mesh_.add_vertex(point).idx());
+    mesh_.data(v).size = sizeAt(point);
+    return v;
+  }
+
   void load(const MeshView& input) {
     std::vector<bool> used(static_cast<std::size_t>(input.numVertices()), false);
     for (const int v : input.faces.reshaped()) {
@@ -126,8 +132,7 @@ class Remesher {
     for (std::size_t i = 0; i < used.size(); ++i) {
       if (used[i]) {
         const Vector3d point = input.vertices.col(static_cast<Eigen::Index>(i));
-        vertices_[i] = mesh_.add_vertex(point);
-        mesh_.data(vertices_[i]).size = sizeAt(point);
+        vertices_[i] = addVertex(point);
         mesh_.data(vertices_[i]).input = static_cast<int>(i);
       }
     }
@@ -233,8 +238,7 @@ class Remesher {
       arcLength = between(a, b, 0.5);
       point = this->curve(curve).at(arcLength);
     }
-    const Vertex v = mesh_.add_vertex(point);
-    mesh_.data(v).size = sizeAt(point);
+    const Vertex v = addVertex(point);
     mesh_.data(v).curve = curve;
     mesh_.data(v).arcLength = arcLength;
     mesh_.split(e, v);
@@ -376,17 +380,16 @@ class Remesher {
   void relax(double angleGoal) {
     for (std::size_t i = 0; i < mesh_.n_vertices(); ++i) {
       const Vertex v(static_cast<int>(i));
-      if (mesh_.data(v).fixed) {
-        continue;
+      if (!mesh_.data(v).fixed) {
+        mesh_.is_boundary(v) ? slide(v, angleGoal) : relaxInside(v, angleGoal);
       }
-      if (mesh_.is_boundary(v)) {
-        slide(v, angleGoal);
-      } else {
-        const Vector3d aim = relaxedPoint(v);
-        if (!tryMove(v, aim, angleGoal)) {
-          tryMove(v, 0.5 * (mesh_.point(v) + aim), angleGoal);
-        }
-      }
+    }
+  }
+
+  void relaxInside(Vertex v, double angleGoal) {
+    const Vector3d aim = relaxedPoint(v);
+    if (!tryMove(v, aim, angleGoal)) {
+      tryMove(v, 0.5 * (mesh_.point(v) + aim), angleGoal);
     }
   }
 

@@ -185,12 +185,10 @@ TEST(SignedDistance, EqualsTheClosedFormOfTheCubeEverywhere) {
     EXPECT_NEAR(distance(query).distance, cubeDistance(query), 1e-14);
   }
   // Straight out from corners and edges, where faces alone would give contradicting signs.
-  for (const double x : {-0.7, -0.5, 0.5, 0.7}) {
-    for (const double y : {-0.7, 0.0, 0.7}) {
-      for (const double z : {-0.7, 0.2, 0.7}) {
-        EXPECT_NEAR(distance({x, y, z}).distance, cubeDistance({x, y, z}), 1e-14);
-      }
-    }
+  for (int i = 0; i < 64; ++i) {
+    const auto coordinate = [](int k) { return 0.5 * (k % 4) - 0.75; };  // ±0.25, ±0.75
+    const Eigen::Vector3d query(coordinate(i), coordinate(i / 4), coordinate(i / 16));
+    EXPECT_NEAR(distance(query).distance, cubeDistance(query), 1e-14);
   }
 }
 
