@@ -91,15 +91,21 @@ PosedSkeleton posedSkeleton(const JointPositions& restJoints, const BodyPose& po
 double lowestSole(const RestSkeleton& body, const BodyPose& pose) {
   constexpr double kHeelBehindAnkle = 0.05;  // [m]
   constexpr double kTipBeforeBall = 0.07;    // [m]
+  constexpr double kHalfHeelWidth = 0.025;   // [m]
+  constexpr double kHalfBallWidth = 0.035;   // [m]
   const PosedSkeleton posed = posedSkeleton(body.joints, pose);
-  const auto height = [&](int joint, double forward) {
+  // Lower one of two sole points at ±aside, `forward` of the joint.
+  const auto height = [&](int joint, double forward, double aside) {
     const Eigen::Vector3d toSole(0.0, body.floorHeight - body.joints(1, joint), forward);
-    return posed.joints(1, joint) + (posed.rotations.at(joint) * toSole).y();
+    const Eigen::Quaterniond& rotation = posed.rotations.at(joint);
+    return posed.joints(1, joint) + (rotation * toSole).y() -
+           aside * std::abs((rotation * Eigen::Vector3d::UnitX()).y());
   };
-  double lowest = height(kLeftAnkle, -kHeelBehindAnkle);
-  lowest = std::min(lowest, height(kRightAnkle, -kHeelBehindAnkle));
+  double lowest = height(kLeftAnkle, -kHeelBehindAnkle, kHalfHeelWidth);
+  lowest = std::min(lowest, height(kRightAnkle, -kHeelBehindAnkle, kHalfHeelWidth));
   for (const int foot : {kLeftFoot, kRightFoot}) {
-    lowest = std::min({lowest, height(foot, 0.0), height(foot, kTipBeforeBall)});
+    lowest = std::min(
+        {lowest, height(foot, 0.0, kHalfBallWidth), height(foot, kTipBeforeBall, kHalfHeelWidth)});
   }
   return lowest;
 }
