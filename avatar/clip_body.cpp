@@ -147,6 +147,26 @@ BodyPose ClipBody::pose(const ClipFrame& frame) const {
   return result;
 }
 
+namespace {
+
+/// The blend from the A-pose. Legs are planted already; of them only what inverse kinematics leaves
+/// at frame 0 (`described` there) fades out.
+BodyPose fadedIn(
+    const BodyPose& pose, const BodyPose& start, const BodyPose& described, double blend) {
+  BodyPose result = pose;
+  for (int joint = 1; joint < kNumSmplJoints; ++joint) {
+    const bool isLeg = std::find(kLegJoints.begin(), kLegJoints.end(), joint) != kLegJoints.end();
+    const Eigen::Quaterniond now = jointRotation(pose, joint);
+    const Eigen::Quaterniond from =
+        isLeg ? now * jointRotation(described, joint).conjugate() * jointRotation(start, joint)
+              : jointRotation(start, joint);
+    setJointRotation(result, joint, shortestSlerp(from, now, blend));
+  }
+  return result;
+}
+
+}  // namespace
+
 Motion builtClip(
     const ClipOptions& options,
     const ClipBody& body,
@@ -157,22 +177,11 @@ Motion builtClip(
   const auto count = static_cast<int>(std::floor(seconds * options.framesPerSecond + 1e-6)) + 1;
   const BodyPose start = body.standing().upper;
   const BodyPose described = body.pose(frameAt(0.0));
-  for (int i = 0; i < count; ++i) {
+  motion.frames.push_back(start);
+  for (int i = 1; i < count; ++i) {
     const double time = i / options.framesPerSecond;
     const double blend = minimumJerk(time / options.blendSeconds);
-    BodyPose pose = body.pose(frameAt(time));
-    for (int joint = 0; joint < kNumSmplJoints; ++joint) {
-      const bool isLeg = std::find(kLegJoints.begin(), kLegJoints.end(), joint) != kLegJoints.end();
-      const Eigen::Quaterniond now = jointRotation(pose, joint);
-      // Legs are planted already; only what inverse kinematics leaves at frame 0 fades out.
-      const Eigen::Quaterniond from =
-          isLeg ? now * jointRotation(described, joint).conjugate() * jointRotation(start, joint)
-                : jointRotation(start, joint);
-      if (joint != kPelvis) {
-        setJointRotation(pose, joint, shortestSlerp(from, now, blend));
-      }
-    }
-    motion.frames.push_back(i == 0 ? start : pose);
+    motion.frames.push_back(fadedIn(body.pose(frameAt(time)), start, described, blend));
   }
   return motion;
 }
