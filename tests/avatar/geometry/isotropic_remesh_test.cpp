@@ -78,7 +78,7 @@ double sagBound(double length, double radius) {
 
 TEST(IsotropicRemesh, CoarsensAndRefinesASphere) {
   const double radius = 0.5;
-  for (const int levels : {2, 5}) {
+  for (const int levels : {2, 4}) {
     const TriangleMesh input = test::icosphere(radius, levels);
     RemeshOptions options;
     options.targetEdgeLength = 0.06;
@@ -97,7 +97,7 @@ TEST(IsotropicRemesh, CoarsensAndRefinesASphere) {
 }
 
 TEST(IsotropicRemesh, KeepsTheHandleOfATorus) {
-  const TriangleMesh input = test::torus(0.5, 0.2, 120, 60);
+  const TriangleMesh input = test::torus(0.5, 0.2, 80, 40);
   RemeshOptions options;
   options.targetEdgeLength = 0.05;
   const TriangleMesh output = isotropicRemesh(input, options).mesh;
@@ -125,7 +125,7 @@ TEST(IsotropicRemesh, KeepsBoundaryVerticesWhenAsked) {
 }
 
 TEST(IsotropicRemesh, ResamplesTheBoundaryAlongItsCurve) {
-  const TriangleMesh input = test::cylinder(0.3, 1.0, 200, 100);
+  const TriangleMesh input = test::cylinder(0.3, 1.0, 120, 50);
   RemeshOptions options;
   options.targetEdgeLength = 0.05;
   options.boundary = BoundaryMode::kResample;
@@ -141,14 +141,14 @@ TEST(IsotropicRemesh, ResamplesTheBoundaryAlongItsCurve) {
     for (const int i : loop) {
       const Eigen::Vector3d p = output.vertices.col(i);
       EXPECT_LT(std::min(std::abs(p.z()), std::abs(p.z() - 1.0)), 1e-15);
-      // On the input's chords: 200 of them sag by 0.3 (1 − cos(π/200)).
-      EXPECT_NEAR(p.head<2>().norm(), 0.3, 4e-5);
+      // On the input's chords: 120 of them sag by 0.3 (1 − cos(π/120)).
+      EXPECT_NEAR(p.head<2>().norm(), 0.3, 1.1e-4);
     }
   }
 }
 
 TEST(IsotropicRemesh, KeepsTheCornersOfARectangle) {
-  const TriangleMesh input = test::rectangle(1.0, 0.7, 90, 90);
+  const TriangleMesh input = test::rectangle(1.0, 0.7, 50, 50);
   RemeshOptions options;
   options.targetEdgeLength = 0.06;
   options.boundary = BoundaryMode::kResample;
@@ -163,7 +163,7 @@ TEST(IsotropicRemesh, KeepsTheCornersOfARectangle) {
 }
 
 TEST(IsotropicRemesh, FollowsASizeField) {
-  const TriangleMesh input = test::torus(0.5, 0.2, 150, 80);
+  const TriangleMesh input = test::torus(0.5, 0.2, 100, 50);
   RemeshOptions options;
   options.sizing = [](const Eigen::Vector3d& p) { return 0.025 + 0.06 * std::abs(p.x()); };
   const TriangleMesh output = isotropicRemesh(input, options).mesh;
