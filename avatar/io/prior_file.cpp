@@ -3,6 +3,7 @@
 #include "avatar/io/file_error.h"
 #include "avatar/io/motion_file.h"
 #include "avatar/io/npz.h"
+#include "avatar/joint_limits.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -90,12 +91,19 @@ bool isCalibration(const BodyPose& pose) {
   return pose.jointRotations.tail<kNumPriorParameters>().norm() < kNearlyRest;
 }
 
+/// Far beyond what joints can do: a flaw of the recording, such as a foot turned back to front.
+bool isImpossible(const BodyPose& pose, const JointLimits& limits) {
+  constexpr double kFarBeyond = 0.5;  // [rad]
+  return (limits.evaluate(pose).residual.array().abs() > kFarBeyond).any();
+}
+
 int addPoses(const std::string& file, double framesPerSecond, std::vector<BodyPose>& poses) {
   const Motion motion = readMotion(file).motion;
   const double rate = std::min(framesPerSecond, motion.framesPerSecond);
+  const JointLimits limits = humanJointLimits();
   int count = 0;
   for (const BodyPose& pose : resampled(motion, rate).frames) {
-    if (!isCalibration(pose)) {
+    if (!isCalibration(pose) && !isImpossible(pose, limits)) {
       poses.push_back(pose);
       ++count;
     }

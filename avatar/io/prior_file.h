@@ -33,8 +33,9 @@ struct PriorFolderFit {
   std::vector<std::string> skippedFiles;  ///< "file: reason"
 };
 
-/// Fits a pose prior to every .bvh and .npz motion below a folder. Calibration frames (T-pose) are
-/// left out. Throws FileError when the folder can't be read or holds too few poses.
+/// Fits a pose prior to every .bvh and .npz motion below a folder. Calibration frames (T-pose) and
+/// poses far beyond the joint limits are left out. Throws FileError when the folder can't be read
+/// or holds too few poses.
 PriorFolderFit fitPriorFromFolder(
     const std::string& folder, const PriorFolderOptions& options = {});
 
