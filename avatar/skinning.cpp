@@ -1,6 +1,5 @@
 #include "avatar/skinning.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -8,339 +7,228 @@
 namespace avatar {
 namespace {
 
-Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
-  Eigen::Matrix3d result;
-  result << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
-  return result;
+void require(bool holds, const std::string& what) {
+  if (!holds) {
+    throw std::invalid_argument("BodyModel: " + what);
+  }
 }
 
-std::vector<Eigen::Matrix3d> localRotations(const BodyModel& model, const BodyPose& pose) {
-  const Eigen::Index given = pose.jointRotations.size();
-  const Eigen::Index needed = 3 * model.numJoints();
-  if (given != needed && (given != 3 * kNumSmplJoints || given > needed)) {
+using Features = Eigen::Matrix<float, 9, 1>;
+
+/// R − I, rows first: what a joint's nine pose blend shapes are multiplied with.
+Features poseFeatures(const Eigen::Matrix3d& rotation) {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rows = rotation - Eigen::Matrix3d::Identity();
+  return Eigen::Map<const Eigen::Matrix<double, 9, 1>>(rows.data()).cast<float>();
+}
+
+Skinning::PoseBlendShape compressed(const Eigen::MatrixXf& block, int joint) {
+  Skinning::PoseBlendShape shape;
+  shape.joint = joint;
+  for (Eigen::Index v = 0; 3 * v < block.rows(); ++v) {
+    if (!block.middleRows<3>(3 * v).isZero(0.0F)) {
+      shape.vertices.push_back(static_cast<int>(v));
+    }
+  }
+  shape.directions.resize(3 * static_cast<Eigen::Index>(shape.vertices.size()), 9);
+  for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
+    shape.directions.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
+        block.middleRows<3>(3 * shape.vertices[i]);
+  }
+  return shape;
+}
+
+/// Rotations of all joints of a model; those without values are at rest.
+std::vector<Eigen::Matrix3d> localRotations(const BodyPose& pose, int numJoints) {
+  const Eigen::VectorXd& values = pose.jointRotations;
+  const Eigen::Index used = std::min<Eigen::Index>(values.size(), 3 * numJoints);
+  if (values.size() % 3 != 0 || !values.allFinite() || !pose.translation.allFinite()) {
+    throw std::invalid_argument("BodyPose: expected finite numbers, three per joint");
+  }
+  if (!values.tail(values.size() - used).isZero(0.0)) {
     throw std::invalid_argument(
-        "a pose of " + std::to_string(given) + " angles for a body of " +
-        std::to_string(model.numJoints()) + " joints");
+        "BodyPose: moves joints beyond the model's " + std::to_string(numJoints));
   }
-  std::vector<Eigen::Matrix3d> result(
-      static_cast<std::size_t>(model.numJoints()), Eigen::Matrix3d::Identity());
-  for (Eigen::Index joint = 0; 3 * joint < given; ++joint) {
-    result[static_cast<std::size_t>(joint)] =
-        rotationMatrix(pose.jointRotations.segment<3>(3 * joint));
+  std::vector<Eigen::Matrix3d> rotations(
+      static_cast<std::size_t>(numJoints), Eigen::Matrix3d::Identity());
+  for (Eigen::Index joint = 0; 3 * joint < used; ++joint) {
+    rotations[static_cast<std::size_t>(joint)] = rotationMatrix(values.segment<3>(3 * joint));
   }
-  return result;
+  return rotations;
 }
 
-bool isAncestorOrSelf(const std::vector<int>& parents, int ancestor, int joint) {
-  while (joint > ancestor)
-    joint = parents[static_cast<std::size_t>(joint)];
-  return joint == ancestor;
+void addPoseBlendShape(
+    const Skinning::PoseBlendShape& shape,
+    const Eigen::Matrix3d& rotation,
+    Eigen::Matrix3Xd& vertices) {
+  const Features features = poseFeatures(rotation);
+  if (features.isZero(0.0F)) {
+    return;
+  }
+  const Eigen::VectorXf offsets = shape.directions * features;
+  for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
+    vertices.col(shape.vertices[i]) +=
+        offsets.segment<3>(3 * static_cast<Eigen::Index>(i)).cast<double>();
+  }
+}
+
+std::vector<Eigen::Isometry3d> jointChain(
+    const BodyModel& model,
+    const Eigen::Matrix3Xd& restJoints,
+    const std::vector<Eigen::Matrix3d>& rotations,
+    const Eigen::Vector3d& translation) {
+  std::vector<Eigen::Isometry3d> worldFromJoint(rotations.size());
+  for (int joint = 0; joint < model.numJoints(); ++joint) {
+    Eigen::Isometry3d& frame = worldFromJoint[static_cast<std::size_t>(joint)];
+    const Eigen::Matrix3d& rotation = rotations[static_cast<std::size_t>(joint)];
+    const int parent = model.parents[static_cast<std::size_t>(joint)];
+    frame.setIdentity();
+    if (parent < 0) {
+      frame.linear() = rotation;
+      frame.translation() = restJoints.col(joint) + translation;
+    } else {
+      const Eigen::Isometry3d& above = worldFromJoint[static_cast<std::size_t>(parent)];
+      frame.linear() = above.linear() * rotation;
+      frame.translation() = above * (restJoints.col(joint) - restJoints.col(parent));
+    }
+  }
+  return worldFromJoint;
+}
+
+/// v = Σ_k w_k [R_k | g_k − R_k J_k] (T, 1). Four rows, so that columns fill vector registers.
+Eigen::Matrix3Xd blended(
+    const BodyModel& model,
+    const Eigen::Matrix3Xd& restVertices,
+    const Eigen::Matrix3Xd& restJoints,
+    const std::vector<Eigen::Isometry3d>& worldFromJoint) {
+  std::vector<Eigen::Matrix4d> worldFromRest(worldFromJoint.size());
+  for (std::size_t k = 0; k < worldFromJoint.size(); ++k) {
+    const Eigen::Vector3d restJoint = restJoints.col(static_cast<Eigen::Index>(k));
+    worldFromRest[k] = worldFromJoint[k].matrix();
+    worldFromRest[k].topRightCorner<3, 1>() -= worldFromJoint[k].linear() * restJoint;
+  }
+  const auto& weights = model.skinningWeights;
+  const int* starts = weights.outerIndexPtr();
+  Eigen::Matrix3Xd vertices(3, restVertices.cols());
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+    Eigen::Matrix4d transform = Eigen::Matrix4d::Zero();
+    for (int entry = starts[v]; entry < starts[v + 1]; ++entry) {
+      const auto joint = static_cast<std::size_t>(weights.innerIndexPtr()[entry]);
+      transform += weights.valuePtr()[entry] * worldFromRest[joint];
+    }
+    const Eigen::Vector4d moved = transform.col(0) * restVertices(0, v) +
+                                  transform.col(1) * restVertices(1, v) +
+                                  transform.col(2) * restVertices(2, v) + transform.col(3);
+    vertices.col(v) = moved.head<3>();
+  }
+  return vertices;
 }
 
 }  // namespace
 
+void requireValid(const BodyModel& model) {
+  const Eigen::Index numVertices = model.numVertices();
+  const int numJoints = model.numJoints();
+  require(numVertices > 0 && numJoints > 0, "has no vertices or no joints");
+  require(model.shapeDirections.rows() == 3 * numVertices, "shapeDirections must have 3V rows");
+  require(
+      model.poseDirections.size() + 1 == model.parents.size(),
+      "poseDirections must have J - 1 blocks");
+  for (const Eigen::MatrixXf& block : model.poseDirections) {
+    require(
+        block.size() == 0 || (block.rows() == 3 * numVertices && block.cols() == 9),
+        "a block of poseDirections must be 3V x 9 or empty");
+  }
+  require(
+      model.jointRegressor.rows() == numJoints && model.jointRegressor.cols() == numVertices,
+      "jointRegressor must be J x V");
+  require(
+      model.skinningWeights.rows() == numVertices && model.skinningWeights.cols() == numJoints,
+      "skinningWeights must be V x J");
+  require(model.skinningWeights.isCompressed(), "skinningWeights must be compressed");
+  for (int joint = 0; joint < numJoints; ++joint) {
+    const int parent = model.parents[static_cast<std::size_t>(joint)];
+    require(
+        joint == 0 ? parent == -1 : parent >= 0 && parent < joint,
+        "parents must come before their children, joint 0 is the root");
+  }
+  require(
+      model.faces.size() == 0 ||
+          (model.faces.minCoeff() >= 0 && model.faces.maxCoeff() < numVertices),
+      "a face names a vertex that is not there");
+}
+
+Eigen::Matrix3Xd shapedVertices(const BodyModel& model, const Eigen::VectorXd& betas) {
+  if (betas.size() > model.numBetas() || !betas.allFinite()) {
+    throw std::invalid_argument(
+        "betas: expected at most " + std::to_string(model.numBetas()) + " finite numbers, found " +
+        std::to_string(betas.size()));
+  }
+  Eigen::Matrix3Xd vertices = model.templateVertices;
+  if (betas.size() > 0) {
+    vertices.reshaped() += model.shapeDirections.leftCols(betas.size()) * betas;
+  }
+  return vertices;
+}
+
 Eigen::Matrix3d rotationMatrix(const Eigen::Vector3d& axisAngle) {
   const double angle = axisAngle.norm();
-  if (angle < 1e-12)
-    return Eigen::Matrix3d::Identity() + crossMatrix(axisAngle);
+  // Eigen's AngleAxis needs a unit axis; below 1e-12 the first-order term is exact to rounding.
+  if (angle < 1e-12) {
+    Eigen::Matrix3d rotation;
+    rotation << 1.0, -axisAngle.z(), axisAngle.y(),  //
+        axisAngle.z(), 1.0, -axisAngle.x(),          //
+        -axisAngle.y(), axisAngle.x(), 1.0;
+    return rotation;
+  }
   return Eigen::AngleAxisd(angle, axisAngle / angle).toRotationMatrix();
 }
 
-Eigen::Matrix3d leftJacobian(const Eigen::Vector3d& axisAngle) {
-  const double angle = axisAngle.norm();
-  const Eigen::Matrix3d K = crossMatrix(axisAngle);
-  // (1 − cos a)/a² and (a − sin a)/a³, by their series where the difference would cancel.
-  const double square = angle * angle;
-  const bool isSmall = angle < 1e-3;
-  const double first = isSmall ? 0.5 - square / 24.0 : (1.0 - std::cos(angle)) / square;
-  const double second =
-      isSmall ? 1.0 / 6.0 - square / 120.0 : (angle - std::sin(angle)) / (square * angle);
-  return Eigen::Matrix3d::Identity() + first * K + second * K * K;
-}
-
 Skinning::Skinning(const BodyModel& model) : model_(model) {
-  const auto& weights = model.skinningWeights;
-  for (Eigen::Index v = 0; v < weights.rows(); ++v) {
-    int count = 0;
-    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(weights, v); it; ++it) {
-      count += it.value() != 0.0 ? 1 : 0;
+  requireValid(model);
+  for (int joint = 1; joint < model.numJoints(); ++joint) {
+    const Eigen::MatrixXf& block = model.poseDirections[static_cast<std::size_t>(joint) - 1];
+    if (block.size() > 0) {
+      poseBlendShapes_.push_back(compressed(block, joint));
     }
-    maxInfluences_ = std::max(maxInfluences_, count);
-  }
-  const std::size_t total =
-      static_cast<std::size_t>(weights.rows()) * static_cast<std::size_t>(maxInfluences_);
-  influenceJoints_.assign(total, 0);
-  influenceWeights_.assign(total, 0.0);
-  for (Eigen::Index v = 0; v < weights.rows(); ++v) {
-    std::size_t slot = static_cast<std::size_t>(v) * static_cast<std::size_t>(maxInfluences_);
-    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(weights, v); it; ++it) {
-      if (it.value() == 0.0)
-        continue;
-      influenceJoints_[slot] = static_cast<int>(it.col());
-      influenceWeights_[slot++] = it.value();
-    }
-  }
-  for (const Eigen::MatrixXf& block : model.poseDirections) {
-    PackedPoseBlock packed;
-    for (Eigen::Index v = 0; 3 * v < block.rows(); ++v) {
-      if (!block.middleRows<3>(3 * v).isZero(0.0F))
-        packed.vertices.push_back(static_cast<int>(v));
-    }
-    packed.directions.resize(3 * static_cast<Eigen::Index>(packed.vertices.size()), 9);
-    for (std::size_t i = 0; i < packed.vertices.size(); ++i) {
-      packed.directions.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
-          block.middleRows<3>(3 * packed.vertices[i]);
-    }
-    poseBlocks_.push_back(std::move(packed));
   }
 }
 
 ShapedBody Skinning::shape(const Eigen::VectorXd& betas) const {
-  if (betas.size() > model_.numBetas() || !betas.allFinite()) {
-    throw std::invalid_argument(
-        "betas must be at most " + std::to_string(model_.numBetas()) + " finite numbers");
-  }
-  ShapedBody result;
-  result.vertices = model_.templateVertices;
-  result.vertices.reshaped() += model_.shapeDirections.leftCols(betas.size()) * betas;
-  result.joints = (model_.jointRegressor * result.vertices.transpose()).transpose();
-  return result;
+  ShapedBody shaped;
+  shaped.vertices = shapedVertices(model_, betas);
+  shaped.joints = (model_.jointRegressor * shaped.vertices.transpose()).transpose();
+  return shaped;
 }
 
-int Skinning::poseRow(int joint, int vertex) const {
-  if (joint == 0)
-    return -1;
-  const std::vector<int>& vertices = poseBlocks_[static_cast<std::size_t>(joint - 1)].vertices;
-  const auto found = std::lower_bound(vertices.begin(), vertices.end(), vertex);
-  if (found == vertices.end() || *found != vertex)
-    return -1;
-  return 3 * static_cast<int>(found - vertices.begin());
+SkinnedBody Skinning::pose(const ShapedBody& shaped, const BodyPose& pose) const {
+  if (shaped.vertices.cols() != model_.numVertices() ||
+      shaped.joints.cols() != model_.numJoints()) {
+    throw std::invalid_argument("Skinning::pose: the shaped body is another model's");
+  }
+  const auto rotations = localRotations(pose, model_.numJoints());
+  SkinnedBody body;
+  body.restVertices = shaped.vertices;
+  for (const PoseBlendShape& blendShape : poseBlendShapes_) {
+    const auto joint = static_cast<std::size_t>(blendShape.joint);
+    addPoseBlendShape(blendShape, rotations[joint], body.restVertices);
+  }
+  body.worldFromJoint = jointChain(model_, shaped.joints, rotations, pose.translation);
+  body.joints.resize(3, model_.numJoints());
+  for (int joint = 0; joint < model_.numJoints(); ++joint) {
+    body.joints.col(joint) = body.worldFromJoint[static_cast<std::size_t>(joint)].translation();
+  }
+  body.vertices = blended(model_, body.restVertices, shaped.joints, body.worldFromJoint);
+  return body;
 }
 
-Eigen::Matrix3Xf Skinning::poseOffsets(const std::vector<Eigen::Matrix3d>& localRotations) const {
-  Eigen::Matrix3Xf offsets = Eigen::Matrix3Xf::Zero(3, model_.numVertices());
-  for (std::size_t i = 0; i < poseBlocks_.size(); ++i) {
-    const PackedPoseBlock& block = poseBlocks_[i];
-    const Eigen::Matrix3d change = localRotations[i + 1] - Eigen::Matrix3d::Identity();
-    if (block.vertices.empty() || change.isZero(0.0))
-      continue;
-    const Eigen::Matrix<float, 9, 1> features = change.reshaped<Eigen::RowMajor>().cast<float>();
-    const Eigen::VectorXf moved = block.directions * features;
-    for (std::size_t k = 0; k < block.vertices.size(); ++k) {
-      offsets.col(block.vertices[k]) += moved.segment<3>(3 * static_cast<Eigen::Index>(k));
-    }
-  }
-  return offsets;
+SkinnedBody posedBody(const BodyModel& model, const Eigen::VectorXd& betas, const BodyPose& pose) {
+  const Skinning skinning(model);
+  return skinning.pose(skinning.shape(betas), pose);
 }
 
-PosedBody Skinning::pose(const ShapedBody& shaped, const BodyPose& bodyPose) const {
-  const std::vector<Eigen::Matrix3d> local = localRotations(model_, bodyPose);
-  const int numJoints = model_.numJoints();
-  PosedBody result;
-  result.joints.resize(3, numJoints);
-  result.rotations.resize(static_cast<std::size_t>(numJoints));
-  result.rotations[0] = local[0];
-  result.joints.col(0) = shaped.joints.col(0) + bodyPose.translation;
-  for (int joint = 1; joint < numJoints; ++joint) {
-    const int parent = model_.parents[static_cast<std::size_t>(joint)];
-    const Eigen::Matrix3d& carrier = result.rotations[static_cast<std::size_t>(parent)];
-    result.rotations[static_cast<std::size_t>(joint)] =
-        carrier * local[static_cast<std::size_t>(joint)];
-    result.joints.col(joint) = result.joints.col(parent) +
-                               carrier * (shaped.joints.col(joint) - shaped.joints.col(parent));
-  }
-  std::vector<Eigen::Matrix<double, 3, 4>> bones(static_cast<std::size_t>(numJoints));
-  for (int joint = 0; joint < numJoints; ++joint) {
-    const Eigen::Matrix3d& R = result.rotations[static_cast<std::size_t>(joint)];
-    bones[static_cast<std::size_t>(joint)] << R,
-        result.joints.col(joint) - R * shaped.joints.col(joint);
-  }
-  const Eigen::Matrix3Xf offsets = poseOffsets(local);
-  result.vertices.resize(3, model_.numVertices());
-  for (Eigen::Index v = 0; v < model_.numVertices(); ++v) {
-    const std::size_t first =
-        static_cast<std::size_t>(v) * static_cast<std::size_t>(maxInfluences_);
-    Eigen::Matrix<double, 3, 4> blend = Eigen::Matrix<double, 3, 4>::Zero();
-    for (std::size_t k = first; k < first + static_cast<std::size_t>(maxInfluences_); ++k) {
-      blend += influenceWeights_[k] * bones[static_cast<std::size_t>(influenceJoints_[k])];
-    }
-    const Eigen::Vector3d rest = shaped.vertices.col(v) + offsets.col(v).cast<double>();
-    result.vertices.col(v) = blend.leftCols<3>() * rest + blend.col(3);
-  }
-  return result;
-}
-
-Skinning::Derivatives Skinning::derivatives(
-    const ShapedBody& shaped, const BodyPose& bodyPose, const PosedBody& posed) const {
-  Derivatives result(*this, shaped, posed);
-  const std::vector<Eigen::Matrix3d> local = localRotations(model_, bodyPose);
-  const auto numJoints = static_cast<std::size_t>(model_.numJoints());
-  result.offsets_ = poseOffsets(local);
-  result.angularVelocity_.assign(numJoints, Eigen::Matrix3d::Zero());
-  result.localRates_.assign(numJoints, Eigen::Matrix<double, 9, 3>::Zero());
-  for (std::size_t joint = 0; joint < numJoints; ++joint) {
-    const auto first = 3 * static_cast<Eigen::Index>(joint);
-    Eigen::Vector3d r = Eigen::Vector3d::Zero();
-    if (first < bodyPose.jointRotations.size())
-      r = bodyPose.jointRotations.segment<3>(first);
-    const Eigen::Matrix3d J = leftJacobian(r);
-    const Eigen::Matrix3d carrier =
-        joint == 0 ? Eigen::Matrix3d::Identity()
-                   : posed.rotations[static_cast<std::size_t>(model_.parents[joint])];
-    result.angularVelocity_[joint] = carrier * J;
-    for (int axis = 0; axis < 3; ++axis) {
-      result.localRates_[joint].col(axis) =
-          (crossMatrix(J.col(axis)) * local[joint]).reshaped<Eigen::RowMajor>();
-    }
-  }
-  return result;
-}
-
-Skinning::Derivatives::Derivatives(
-    const Skinning& skinning, const ShapedBody& shaped, const PosedBody& posed)
-    : skinning_(skinning), shaped_(shaped), posed_(posed) {
-  const BodyModel& model = skinning.model_;
-  const Eigen::Index numBetas = model.numBetas();
-  const int numJoints = model.numJoints();
-  restJointsByShape_.resize(3 * numJoints, numBetas);
-  for (Eigen::Index b = 0; b < numBetas; ++b) {
-    const Eigen::Map<const Eigen::Matrix3Xd> direction(
-        model.shapeDirections.col(b).data(), 3, model.numVertices());
-    const Eigen::Matrix3Xd joints = (model.jointRegressor * direction.transpose()).transpose();
-    restJointsByShape_.col(b) = joints.reshaped();
-  }
-  jointsByShape_.resize(3 * numJoints, numBetas);
-  jointsByShape_.topRows<3>() = restJointsByShape_.topRows<3>();
-  for (int joint = 1; joint < numJoints; ++joint) {
-    const int parent = model.parents[static_cast<std::size_t>(joint)];
-    jointsByShape_.middleRows<3>(3 * joint) = jointsByShape_.middleRows<3>(3 * parent) +
-                                              posed.rotations[static_cast<std::size_t>(parent)] *
-                                                  (restJointsByShape_.middleRows<3>(3 * joint) -
-                                                   restJointsByShape_.middleRows<3>(3 * parent));
-  }
-}
-
-// The part of a bone's motion that a vertex follows.
-struct Skinning::Derivatives::Influence {
-  int joint;
-  double weight;
-  Eigen::Vector3d point;  // where this bone alone would carry the vertex, world
-};
-
-std::vector<Skinning::Derivatives::Influence> Skinning::Derivatives::influences(int vertex) const {
-  std::vector<Influence> result;
-  const Eigen::Vector3d rest = shaped_.vertices.col(vertex) + offsets_.col(vertex).cast<double>();
-  const auto count = static_cast<std::size_t>(skinning_.maxInfluences_);
-  const std::size_t first = static_cast<std::size_t>(vertex) * count;
-  for (std::size_t k = first; k < first + count; ++k) {
-    const double weight = skinning_.influenceWeights_[k];
-    if (weight == 0.0)
-      continue;
-    const int joint = skinning_.influenceJoints_[k];
-    const Eigen::Matrix3d& R = posed_.rotations[static_cast<std::size_t>(joint)];
-    result.push_back(
-        {joint, weight, posed_.joints.col(joint) + R * (rest - shaped_.joints.col(joint))});
-  }
-  return result;
-}
-
-Eigen::Matrix3d Skinning::Derivatives::blendedRotation(const std::vector<Influence>& bones) const {
-  Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
-  for (const Influence& bone : bones) {
-    result += bone.weight * posed_.rotations[static_cast<std::size_t>(bone.joint)];
-  }
-  return result;
-}
-
-// The joints whose rotation moves a vertex: those above its bones, and those with pose directions
-// for it.
-std::vector<int> Skinning::Derivatives::activeJoints(
-    int vertex, const std::vector<Influence>& bones) const {
-  const std::vector<int>& parents = skinning_.model_.parents;
-  std::vector<int> result;
-  for (int joint = 0; joint < skinning_.model_.numJoints(); ++joint) {
-    const bool carries = std::any_of(bones.begin(), bones.end(), [&](const Influence& bone) {
-      return isAncestorOrSelf(parents, joint, bone.joint);
-    });
-    if (carries || skinning_.poseRow(joint, vertex) >= 0)
-      result.push_back(joint);
-  }
-  return result;
-}
-
-VertexDerivative Skinning::Derivatives::ofVertex(int vertex) const {
-  const std::vector<Influence> bones = influences(vertex);
-  const Eigen::Matrix3d blend = blendedRotation(bones);
-  VertexDerivative result;
-  result.joints = activeJoints(vertex, bones);
-  result.byRotation.resize(3, 3 * static_cast<Eigen::Index>(result.joints.size()));
-  Eigen::Index column = 0;
-  for (const int joint : result.joints) {
-    const auto j = static_cast<std::size_t>(joint);
-    // A rotation rate ω about the joint moves the subtree's share of the vertex by ω × lever.
-    Eigen::Vector3d lever = Eigen::Vector3d::Zero();
-    for (const Influence& bone : bones) {
-      if (isAncestorOrSelf(skinning_.model_.parents, joint, bone.joint)) {
-        lever += bone.weight * (bone.point - posed_.joints.col(joint));
-      }
-    }
-    Eigen::Matrix3d block = -crossMatrix(lever) * angularVelocity_[j];
-    const int row = skinning_.poseRow(joint, vertex);
-    if (row >= 0) {
-      block += blend * skinning_.poseBlocks_[j - 1].directions.middleRows<3>(row).cast<double>() *
-               localRates_[j];
-    }
-    result.byRotation.middleCols<3>(column) = block;
-    column += 3;
-  }
-  return result;
-}
-
-Eigen::Matrix3Xd Skinning::Derivatives::ofVertexByShape(int vertex) const {
-  const auto direction = skinning_.model_.shapeDirections.middleRows<3>(3 * vertex);
-  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, skinning_.model_.numBetas());
-  for (const Influence& bone : influences(vertex)) {
-    const Eigen::Matrix3d& R = posed_.rotations[static_cast<std::size_t>(bone.joint)];
-    result += bone.weight * (R * (direction - restJointsByShape_.middleRows<3>(3 * bone.joint)) +
-                             jointsByShape_.middleRows<3>(3 * bone.joint));
-  }
-  return result;
-}
-
-Eigen::MatrixXd Skinning::Derivatives::ofVertices(const std::vector<int>& vertices) const {
-  const Eigen::Index numAngles = 3 * skinning_.model_.numJoints();
-  const Eigen::Index numBetas = skinning_.model_.numBetas();
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(
-      3 * static_cast<Eigen::Index>(vertices.size()), numAngles + 3 + numBetas);
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const auto row = 3 * static_cast<Eigen::Index>(i);
-    const VertexDerivative derivative = ofVertex(vertices[i]);
-    for (std::size_t k = 0; k < derivative.joints.size(); ++k) {
-      result.block<3, 3>(row, 3 * derivative.joints[k]) =
-          derivative.byRotation.middleCols<3>(3 * static_cast<Eigen::Index>(k));
-    }
-    result.block<3, 3>(row, numAngles).setIdentity();
-    result.block(row, numAngles + 3, 3, numBetas) = ofVertexByShape(vertices[i]);
-  }
-  return result;
-}
-
-Eigen::MatrixXd Skinning::Derivatives::ofJoints() const {
-  const std::vector<int>& parents = skinning_.model_.parents;
-  const int numJoints = skinning_.model_.numJoints();
-  const Eigen::Index numBetas = skinning_.model_.numBetas();
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(3 * numJoints, 3 * numJoints + 3 + numBetas);
-  for (int joint = 0; joint < numJoints; ++joint) {
-    for (int turned = parents[static_cast<std::size_t>(joint)]; turned >= 0;
-         turned = parents[static_cast<std::size_t>(turned)]) {
-      const Eigen::Vector3d lever = posed_.joints.col(joint) - posed_.joints.col(turned);
-      result.block<3, 3>(3 * joint, 3 * turned) =
-          -crossMatrix(lever) * angularVelocity_[static_cast<std::size_t>(turned)];
-    }
-    result.block<3, 3>(3 * joint, 3 * numJoints).setIdentity();
-  }
-  result.rightCols(numBetas) = jointsByShape_;
-  return result;
+Eigen::Matrix3Xd posedVertices(
+    const BodyModel& model, const Eigen::VectorXd& betas, const BodyPose& pose) {
+  return posedBody(model, betas, pose).vertices;
 }
 
 }  // namespace avatar

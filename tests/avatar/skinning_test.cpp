@@ -1,219 +1,215 @@
 #include "avatar/skinning.h"
 
+#include "avatar/skinning_jacobian.h"
 #include "tests/support/gradient_check.h"
-#include "tests/support/random_body.h"
+#include "tests/support/slow_skinning.h"
+#include "tests/support/synthetic_body.h"
 
 #include <gtest/gtest.h>
-
-#include <cmath>
-#include <numbers>
-#include <numeric>
-#include <stdexcept>
 
 namespace avatar {
 namespace {
 
-using test::jacobianError;
+using test::kPi;
 using test::randomBody;
-using test::randomPose;
 
-Eigen::Matrix3d rodrigues(const BodyPose& pose, int joint) {
-  const Eigen::Vector3d r = pose.jointRotations.segment<3>(3 * joint);
-  return r.norm() == 0.0 ? Eigen::Matrix3d::Identity()
-                         : Eigen::AngleAxisd(r.norm(), r.normalized()).toRotationMatrix();
+/// Pose blend shapes are evaluated in float: |P| 0.05 × |R − I| ≤ 2 × 9 columns × 16 joints × 6e-8.
+constexpr double kFloatBlendShapes = 2e-6;
+
+/// Random rotations up to `angle`, translation and betas of size 1.
+Eigen::VectorXd randomParameters(const BodyModel& model, double angle, std::uint64_t seed) {
+  test::Noise noise(seed);
+  const BodyParameterLayout layout{model.numJoints(), model.numBetas()};
+  Eigen::VectorXd x = test::randomMatrix(noise, layout.size(), 1);
+  for (int joint = 0; joint < model.numJoints(); ++joint) {
+    x.segment<3>(3 * joint) = angle * noise.nextPoint().normalized();
+  }
+  return x;
 }
 
-// G_k of SMPL: world from joint, without translation. `joints` is J × 3.
-std::vector<Eigen::Matrix4d> slowBones(
-    const BodyModel& model, const Eigen::MatrixXd& joints, const BodyPose& pose) {
-  std::vector<Eigen::Matrix4d> G;
-  for (int k = 0; k < model.numJoints(); ++k) {
-    const int parent = model.parents[static_cast<std::size_t>(k)];
-    Eigen::Vector3d offset = joints.row(k);
-    if (parent >= 0)
-      offset -= joints.row(parent).transpose();
-    Eigen::Matrix4d local = Eigen::Matrix4d::Identity();
-    local.topLeftCorner<3, 3>() = rodrigues(pose, k);
-    local.topRightCorner<3, 1>() = offset;
-    G.push_back(parent < 0 ? local : Eigen::Matrix4d(G[static_cast<std::size_t>(parent)] * local));
-  }
-  return G;
+BodyPose poseOf(const BodyModel& model, const Eigen::VectorXd& x) {
+  BodyPose pose;
+  pose.jointRotations = x.head(3 * model.numJoints());
+  pose.translation = x.segment<3>(3 * model.numJoints());
+  return pose;
 }
 
-// The skinning function as SMPL writes it: dense, one term at a time, all in double.
-Eigen::Matrix3Xd slowPose(
-    const BodyModel& model, const Eigen::VectorXd& betas, const BodyPose& pose) {
-  Eigen::VectorXd rest = model.templateVertices.reshaped();
-  rest += model.shapeDirections * betas;
-  const Eigen::MatrixXd joints =
-      Eigen::MatrixXd(model.jointRegressor) * rest.reshaped(3, model.numVertices()).transpose();
-  const std::vector<Eigen::Matrix4d> G = slowBones(model, joints, pose);
-  for (int k = 1; k < model.numJoints(); ++k) {
-    const Eigen::MatrixXf& block = model.poseDirections[static_cast<std::size_t>(k - 1)];
-    if (block.size() == 0)
-      continue;
-    const Eigen::Matrix3d change = rodrigues(pose, k) - Eigen::Matrix3d::Identity();
-    rest += block.cast<double>() * change.reshaped<Eigen::RowMajor>();
-  }
-  Eigen::Matrix3Xd result(3, model.numVertices());
-  for (Eigen::Index v = 0; v < model.numVertices(); ++v) {
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (int k = 0; k < model.numJoints(); ++k) {
-      const Eigen::Vector3d q = rest.segment<3>(3 * v) - joints.row(k).transpose();
-      sum += model.skinningWeights.coeff(v, k) * (G[static_cast<std::size_t>(k)] * q.homogeneous());
-    }
-    result.col(v) = sum.head<3>() + pose.translation;
-  }
-  return result;
+SkinnedBody bodyAt(const BodyModel& model, const Eigen::VectorXd& x) {
+  return posedBody(model, x.tail(model.numBetas()), poseOf(model, x));
 }
 
-TEST(Skinning, AgreesWithTheSlowFormula) {
-  const BodyModel model = randomBody();
-  const Skinning skinning(model);
-  for (unsigned seed = 1; seed <= 5; ++seed) {
-    const Eigen::VectorXd betas = Eigen::VectorXd::LinSpaced(4, -2.0, 1.5);
-    const BodyPose pose = randomPose(seed);
-    const PosedBody posed = skinning.pose(skinning.shape(betas), pose);
-    // Pose blend shapes are summed in float: offsets of some 0.3 m carry 1e-7 of that.
-    EXPECT_LT((posed.vertices - slowPose(model, betas, pose)).cwiseAbs().maxCoeff(), 5e-7);
+double largestDifference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return (a - b).cwiseAbs().maxCoeff();
+}
+
+TEST(Skinning, EqualsTheFormulasEvaluatedSlowly) {
+  for (const double angle : {0.0, 1e-9, 0.3, 3.0, 2.0 * kPi, 7.0}) {
+    const BodyModel model = randomBody(11);
+    const Eigen::VectorXd x = randomParameters(model, angle, 5);
+    const SkinnedBody fast = bodyAt(model, x);
+    const test::SlowBody slow = test::slowSkinning(model, x);
+    EXPECT_LT(largestDifference(fast.vertices, slow.vertices), kFloatBlendShapes) << angle;
+    // Joints don't depend on pose blend shapes: rounding of doubles alone.
+    EXPECT_LT(largestDifference(fast.joints, slow.joints), 1e-12) << angle;
+  }
+}
+
+TEST(Skinning, AnyNumberOfVerticesJointsAndBetas) {
+  for (const test::SyntheticBodySize& size :
+       {test::SyntheticBodySize{10, 1, 0, 1}, {30, 3, 1, 2}, {70, 55, 16, 4}}) {
+    const BodyModel model = randomBody(3, size);
+    const Eigen::VectorXd x = randomParameters(model, 1.0, 4);
+    EXPECT_LT(
+        largestDifference(bodyAt(model, x).vertices, test::slowSkinning(model, x).vertices),
+        2.0 * kFloatBlendShapes)
+        << size.joints;
   }
 }
 
 TEST(Skinning, RestPoseIsTheShapedTemplate) {
-  const BodyModel model = randomBody();
-  const Skinning skinning(model);
-  const ShapedBody shaped = skinning.shape(Eigen::Vector2d(1.0, -0.5));
-  const PosedBody posed = skinning.pose(shaped, BodyPose{});
-  EXPECT_LT((posed.vertices - shaped.vertices).cwiseAbs().maxCoeff(), 1e-14);
-  EXPECT_LT((posed.joints - shaped.joints).cwiseAbs().maxCoeff(), 1e-14);
+  const BodyModel model = randomBody(2);
+  const Eigen::VectorXd betas = Eigen::VectorXd::LinSpaced(5, -2.0, 2.0);
+  const SkinnedBody body = posedBody(model, betas, BodyPose{});
+  EXPECT_LT(largestDifference(body.vertices, shapedVertices(model, betas)), 1e-14);
 }
 
-TEST(Skinning, RootRotationAndTranslationMoveTheBodyRigidly) {
-  const BodyModel model = randomBody();
-  const Skinning skinning(model);
-  const ShapedBody shaped = skinning.shape({});
-  BodyPose pose = randomPose(3);
-  pose.jointRotations.head<3>().setZero();
-  pose.translation.setZero();
-  const PosedBody still = skinning.pose(shaped, pose);
-  pose.jointRotations.head<3>() << 0.3, -1.2, 0.5;
-  pose.translation << 1.0, 2.0, -3.0;
-  const PosedBody moved = skinning.pose(shaped, pose);
-  const Eigen::Matrix3d R = rotationMatrix(pose.jointRotations.head<3>());
-  const Eigen::Vector3d pivot = shaped.joints.col(0);
-  const Eigen::Matrix3Xd expected =
-      (R * (still.vertices.colwise() - pivot)).colwise() + (pivot + pose.translation);
-  EXPECT_LT((moved.vertices - expected).cwiseAbs().maxCoeff(), 1e-13);
+TEST(Skinning, FewerBetasAndRotationsMeanZeros) {
+  const BodyModel model = randomBody(2);
+  const Eigen::VectorXd two = Eigen::Vector2d(1.0, -1.0);
+  Eigen::VectorXd five = Eigen::VectorXd::Zero(5);
+  five.head(2) = two;
+  EXPECT_EQ(shapedVertices(model, two), shapedVertices(model, five));
+  BodyPose brief;
+  brief.jointRotations = Eigen::VectorXd::Constant(6, 0.3);
+  BodyPose full;
+  full.jointRotations.head(6) = brief.jointRotations;
+  EXPECT_EQ(posedVertices(model, five, brief), posedVertices(model, five, full));
 }
 
-TEST(Skinning, JointsDependOnShapeOnly) {
-  const BodyModel model = randomBody();
-  BodyModel without = model;
-  for (Eigen::MatrixXf& block : without.poseDirections)
+TEST(Skinning, TurningTheRootTurnsTheBodyAboutItsRootJoint) {
+  const BodyModel model = randomBody(6);
+  Eigen::VectorXd x = randomParameters(model, 0.7, 8);
+  x.head<3>().setZero();
+  const SkinnedBody before = bodyAt(model, x);
+  x.head<3>() << 0.4, -1.0, 2.0;
+  const SkinnedBody after = bodyAt(model, x);
+  const Eigen::Matrix3d turn = rotationMatrix(x.head<3>());
+  const Eigen::Vector3d root = before.joints.col(0);
+  const Eigen::Matrix3Xd expected = (turn * (before.vertices.colwise() - root)).colwise() + root;
+  EXPECT_LT(largestDifference(after.vertices, expected), 1e-13);
+}
+
+TEST(Skinning, JointsDependOnShapeAndChainOnly) {
+  BodyModel model = randomBody(6);
+  const Eigen::VectorXd x = randomParameters(model, 0.7, 8);
+  const Eigen::Matrix3Xd joints = bodyAt(model, x).joints;
+  for (Eigen::MatrixXf& block : model.poseDirections) {
     block.resize(0, 0);
-  const BodyPose pose = randomPose(4);
-  const Skinning a(model);
-  const Skinning b(without);
-  EXPECT_EQ(a.pose(a.shape({}), pose).joints, b.pose(b.shape({}), pose).joints);
+  }
+  EXPECT_EQ(bodyAt(model, x).joints, joints);
 }
 
-TEST(Skinning, RefusesPosesAndShapesThatDoNotFit) {
-  const BodyModel model = randomBody();
+TEST(Skinning, WrongInputIsRefused) {
+  const BodyModel model = randomBody(2);
   const Skinning skinning(model);
+  EXPECT_THROW(skinning.shape(Eigen::VectorXd::Zero(6)), std::invalid_argument);
+  EXPECT_THROW(skinning.shape(Eigen::VectorXd::Constant(2, NAN)), std::invalid_argument);
   const ShapedBody shaped = skinning.shape({});
   BodyPose pose;
-  pose.jointRotations.resize(69);
+  pose.jointRotations = Eigen::VectorXd::Zero(74);
   EXPECT_THROW(skinning.pose(shaped, pose), std::invalid_argument);
-  EXPECT_THROW(skinning.shape(Eigen::VectorXd::Zero(5)), std::invalid_argument);
-  EXPECT_THROW(skinning.shape(Eigen::Vector2d(0.0, std::nan(""))), std::invalid_argument);
+  pose.jointRotations = Eigen::VectorXd::Ones(75);
+  EXPECT_THROW(skinning.pose(shaped, pose), std::invalid_argument);
+  pose.jointRotations = Eigen::VectorXd::Constant(72, NAN);
+  EXPECT_THROW(skinning.pose(shaped, pose), std::invalid_argument);
+  EXPECT_THROW(skinning.pose({}, BodyPose{}), std::invalid_argument);
+  BodyModel broken = model;
+  broken.parents[5] = 9;
+  EXPECT_THROW(Skinning{broken}, std::invalid_argument);
 }
 
-TEST(RotationMatrix, LeftJacobianIsItsDerivative) {
-  const double pi = std::numbers::pi;
-  for (const Eigen::Vector3d& r :
-       {Eigen::Vector3d(0.0, 0.0, 0.0),
-        Eigen::Vector3d(1e-5, -2e-5, 1e-5),
-        Eigen::Vector3d(0.4, -0.3, 1.0),
-        Eigen::Vector3d(0.0, 2.0 * pi - 1e-4, 0.0),
-        Eigen::Vector3d(pi, 0.0, 0.0)}) {
-    const Eigen::Matrix3d J = leftJacobian(r);
-    const Eigen::Matrix3d R = rotationMatrix(r);
-    Eigen::MatrixXd analytic(9, 3);
-    for (int axis = 0; axis < 3; ++axis) {
-      Eigen::Matrix3d K;
-      const Eigen::Vector3d w = J.col(axis);
-      K << 0.0, -w.z(), w.y(), w.z(), 0.0, -w.x(), -w.y(), w.x(), 0.0;
-      analytic.col(axis) = (K * R).reshaped();
-    }
-    const auto vectorised = [](const Eigen::VectorXd& x) {
-      return Eigen::VectorXd(rotationMatrix(x.head<3>()).reshaped());
-    };
-    EXPECT_LT(jacobianError(vectorised, r, analytic), 1e-9) << r.transpose();
+/// Vertices (first) and joints of the slow body as one vector.
+Eigen::VectorXd slowOutputs(const BodyModel& model, const Eigen::VectorXd& x) {
+  const test::SlowBody body = test::slowSkinning(model, x);
+  Eigen::VectorXd outputs(body.vertices.size() + body.joints.size());
+  outputs << body.vertices.reshaped(), body.joints.reshaped();
+  return outputs;
+}
+
+double skinningJacobianError(const BodyModel& model, const Eigen::VectorXd& x) {
+  const Skinning skinning(model);
+  const SkinningJacobian jacobian(skinning);
+  const auto at = jacobian.linearize(skinning.shape(x.tail(model.numBetas())), poseOf(model, x));
+  Eigen::MatrixXd analytic(3 * (model.numVertices() + model.numJoints()), x.size());
+  analytic << jacobian.allVertices(at), jacobian.joints(at);
+  return test::jacobianError(
+      [&](const Eigen::VectorXd& y) { return slowOutputs(model, y); }, analytic, x);
+}
+
+TEST(SkinningJacobian, EqualsFiniteDifferencesAtEveryAngle) {
+  const BodyModel model = randomBody(21, {.vertices = 20, .joints = 9, .betas = 4});
+  // The last pair straddles the switch to the Taylor series; 2π is where exp's derivative is
+  // singular but exact all the same.
+  for (const double angle : {0.0, 1e-7, 0.5, 3.1, 2.0 * kPi, 0.00999, 0.01001}) {
+    // The linearized body has float pose blend shapes, which enter as the rest vertex of 1e-7.
+    EXPECT_LT(skinningJacobianError(model, randomParameters(model, angle, 9)), 2e-6) << angle;
   }
 }
 
-// x = rotations (72), translation (3), betas (B).
-struct Parameters {
-  BodyPose pose;
-  Eigen::VectorXd betas;
-};
-
-Parameters unpack(const Eigen::VectorXd& x) {
-  Parameters result;
-  result.pose.jointRotations = x.head(72);
-  result.pose.translation = x.segment<3>(72);
-  result.betas = x.tail(x.size() - 75);
-  return result;
+TEST(SkinningJacobian, IsExactToRoundingWithoutPoseBlendShapes) {
+  BodyModel model = randomBody(22, {.vertices = 20, .joints = 9, .betas = 4});
+  for (Eigen::MatrixXf& block : model.poseDirections) {
+    block.resize(0, 0);
+  }
+  for (const double angle : {0.0, 1e-7, 0.5, 2.0 * kPi}) {
+    EXPECT_LT(skinningJacobianError(model, randomParameters(model, angle, 9)), 1e-10) << angle;
+  }
 }
 
-class SkinningDerivatives : public testing::TestWithParam<double> {};
-
-TEST_P(SkinningDerivatives, AgreeWithCentralDifferences) {
-  const BodyModel model = randomBody();
+TEST(SkinningJacobian, OnlyActiveParametersMoveAVertex) {
+  const BodyModel model = randomBody(23);
   const Skinning skinning(model);
-  const BodyPose start = randomPose(7, GetParam());
-  Eigen::VectorXd x(79);
-  x << start.jointRotations, start.translation, Eigen::Vector4d(0.5, -1.0, 2.0, 0.1);
-
-  const ShapedBody shaped = skinning.shape(unpack(x).betas);
-  const PosedBody posed = skinning.pose(shaped, start);
-  const Skinning::Derivatives derivatives = skinning.derivatives(shaped, start, posed);
-  std::vector<int> all(static_cast<std::size_t>(model.numVertices()));
-  std::iota(all.begin(), all.end(), 0);
-
-  const auto joints = [&](const Eigen::VectorXd& at) {
-    const Parameters p = unpack(at);
-    return Eigen::VectorXd(skinning.pose(skinning.shape(p.betas), p.pose).joints.reshaped());
-  };
-  EXPECT_LT(jacobianError(joints, x, derivatives.ofJoints()), 1e-8);
-  const auto vertices = [&](const Eigen::VectorXd& at) {
-    const Parameters p = unpack(at);
-    return Eigen::VectorXd(skinning.pose(skinning.shape(p.betas), p.pose).vertices.reshaped());
-  };
-  // Pose blend shapes are summed in float: 1e-8 m of rounding over twice the step of 1e-3.
-  EXPECT_LT(jacobianError(vertices, x, derivatives.ofVertices(all), 1e-3), 3e-5);
+  const SkinningJacobian jacobian(skinning);
+  const Eigen::VectorXd x = randomParameters(model, 1.0, 1);
+  const auto at = jacobian.linearize(skinning.shape(x.tail(5)), poseOf(model, x));
+  int inactive = 0;
+  for (int vertex = 0; vertex < 60; ++vertex) {
+    Eigen::MatrixXd rows = jacobian.vertices(at, {vertex});
+    for (const int parameter : jacobian.activeParameters({vertex})) {
+      rows.col(parameter).setConstant(1.0);
+    }
+    EXPECT_EQ((rows.array() != 0.0).count(), (rows.array() == 1.0).count()) << vertex;
+    inactive += static_cast<int>((rows.row(0).array() == 0.0).count());
+  }
+  EXPECT_GT(inactive, 0) << "otherwise nothing was tested";
 }
 
-INSTANTIATE_TEST_SUITE_P(FromRestToWild, SkinningDerivatives, testing::Values(0.0, 1e-6, 0.5, 2.0));
-
-TEST(SkinningDerivatives, WithoutPoseDirectionsAgreeTightly) {
-  test::RandomBodyOptions options;
-  options.poseDirections = false;
-  const BodyModel model = randomBody(options);
+TEST(SkinningJacobian, PlaneConstraintsGatherTheNormalEquations) {
+  const BodyModel model = randomBody(24, {.vertices = 20, .joints = 9, .betas = 4});
   const Skinning skinning(model);
-  const BodyPose start = randomPose(9);
-  Eigen::VectorXd x(79);
-  x << start.jointRotations, start.translation, Eigen::Vector4d(0.5, -1.0, 2.0, 0.1);
-  const ShapedBody shaped = skinning.shape(unpack(x).betas);
-  const PosedBody posed = skinning.pose(shaped, start);
-  const auto vertices = [&](const Eigen::VectorXd& at) {
-    const Parameters p = unpack(at);
-    return Eigen::VectorXd(
-        skinning.pose(skinning.shape(p.betas), p.pose).vertices.leftCols(5).reshaped());
-  };
-  const Eigen::MatrixXd analytic =
-      skinning.derivatives(shaped, start, posed).ofVertices({0, 1, 2, 3, 4});
-  EXPECT_LT(jacobianError(vertices, x, analytic), 1e-8);
+  const SkinningJacobian jacobian(skinning);
+  const Eigen::VectorXd x = randomParameters(model, 1.0, 1);
+  const auto at = jacobian.linearize(skinning.shape(x.tail(4)), poseOf(model, x));
+  NormalEquations equations(x.size());
+  Eigen::MatrixXd JtJ = Eigen::MatrixXd::Zero(x.size(), x.size());
+  Eigen::VectorXd Jtr = Eigen::VectorXd::Zero(x.size());
+  const Eigen::MatrixXd all = jacobian.allVertices(at);
+  test::Noise noise(3);
+  for (int i = 0; i < 18; ++i) {
+    const PlaneConstraint plane{
+        {i, i + 1, i + 2}, {0.2, 0.3, 0.5}, noise.nextPoint().normalized(), noise.next(), 0.7};
+    const Eigen::RowVectorXd row = plane.normal.transpose() * (0.2 * all.middleRows<3>(3 * i) +
+                                                               0.3 * all.middleRows<3>(3 * i + 3) +
+                                                               0.5 * all.middleRows<3>(3 * i + 6));
+    const double residual =
+        plane.normal.dot(at.body.vertices.middleCols<3>(i) * plane.weights) - plane.offset;
+    EXPECT_NEAR(addPlaneConstraint(jacobian, at, plane, equations), residual, 1e-14);
+    JtJ += 0.7 * row.transpose() * row;
+    Jtr += 0.7 * residual * row.transpose();
+  }
+  const Eigen::MatrixXd gathered = equations.matrix.selfadjointView<Eigen::Lower>();
+  EXPECT_LT(largestDifference(gathered, JtJ), 1e-12);
+  EXPECT_LT(largestDifference(equations.gradient, Jtr), 1e-12);
 }
 
 }  // namespace

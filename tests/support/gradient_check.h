@@ -3,40 +3,42 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 
+/// The one check of analytic derivatives against central finite differences.
 namespace avatar::test {
 
-/// Central-difference Jacobian of a vector function at x.
-template <typename Function>
-Eigen::MatrixXd numericJacobian(
-    const Function& function, const Eigen::VectorXd& x, double step = 1e-5) {
-  Eigen::MatrixXd result;
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    Eigen::VectorXd plus = x;
-    Eigen::VectorXd minus = x;
-    plus[i] += step;
-    minus[i] -= step;
-    const Eigen::VectorXd difference = (function(plus) - function(minus)) / (2.0 * step);
-    if (i == 0)
-      result.resize(difference.size(), x.size());
-    result.col(i) = difference;
-  }
-  return result;
+using VectorFunction = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
+
+/// Richardson's extrapolation of two central differences, 4/3 D(h/2) − 1/3 D(h): error O(h⁴) by the
+/// function's fifth derivative plus about 1e-16 · |f| / h by rounding. With h = 1e-3 and functions
+/// of size and scale 1 both are below 1e-12.
+inline Eigen::MatrixXd numericJacobian(
+    const VectorFunction& function, const Eigen::VectorXd& x, double step = 1e-3) {
+  const auto central = [&](Eigen::Index i, double h) -> Eigen::VectorXd {
+    Eigen::VectorXd forward = x;
+    Eigen::VectorXd backward = x;
+    forward[i] += h;
+    backward[i] -= h;
+    return (function(forward) - function(backward)) / (2.0 * h);
+  };
+  Eigen::MatrixXd jacobian(function(x).size(), x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    jacobian.col(i) = (4.0 * central(i, 0.5 * step) - central(i, step)) / 3.0;
+  return jacobian;
 }
 
-/// Largest difference between an analytic Jacobian and central differences, relative to the
-/// Jacobian's largest entry (at least 1). Differences of step h leave an error of about h² times
-/// the third derivative plus rounding / h: expect 1e-8 for functions of order 1.
-template <typename Function>
-double jacobianError(
-    const Function& function,
-    const Eigen::VectorXd& x,
-    const Eigen::MatrixXd& analytic,
-    double step = 1e-5) {
-  const Eigen::MatrixXd numeric = numericJacobian(function, x, step);
-  if (numeric.rows() != analytic.rows() || numeric.cols() != analytic.cols())
-    return 1e300;
-  const double scale = std::max(1.0, numeric.cwiseAbs().maxCoeff());
+/// The largest difference between an analytic Jacobian (function's size × x's size) and the numeric
+/// one, relative to the largest entry of either but at least to 1. Infinite on a wrong size or NaN.
+inline double jacobianError(
+    const VectorFunction& function, const Eigen::MatrixXd& analytic, const Eigen::VectorXd& x) {
+  const Eigen::MatrixXd numeric = numericJacobian(function, x);
+  if (numeric.rows() != analytic.rows() || numeric.cols() != analytic.cols() ||
+      !analytic.allFinite() || !numeric.allFinite())
+    return INFINITY;
+  const double scale =
+      std::max({1.0, numeric.cwiseAbs().maxCoeff(), analytic.cwiseAbs().maxCoeff()});
   return (numeric - analytic).cwiseAbs().maxCoeff() / scale;
 }
 
