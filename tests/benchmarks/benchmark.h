@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -36,8 +37,15 @@ Timing measure(int repeats, const Function& function) {
   return {seconds.front(), seconds[seconds.size() / 2]};
 }
 
-/// Speed of one core on chains of multiply and add in float [GFLOP/s], best of five runs: 64
-/// independent chains hide the latency, everything stays in registers.
+/// One multiply and add in each of many independent chains, which hide the latency.
+template <std::size_t N>
+void advanceChains(std::array<float, N>& values) {
+  for (float& value : values) {
+    value = value * 0.999F + 0.002F;
+  }
+}
+
+/// Speed of one core on chains of multiply and add in float [GFLOP/s], best of five runs.
 inline double calibrationGflops() {
   constexpr int kChains = 64;
   constexpr int kSteps = 1 << 20;
@@ -47,9 +55,7 @@ inline double calibrationGflops() {
     const float first = start;
     values.fill(first);
     for (int step = 0; step < kSteps; ++step) {
-      for (float& value : values) {
-        value = value * 0.999F + 0.002F;
-      }
+      advanceChains(values);
     }
     keep(values);
   });

@@ -52,6 +52,16 @@ std::vector<Eigen::Vector3d> queriesNear(const TriangleMesh& mesh, int count, do
   return queries;
 }
 
+void nearestPoints(
+    const avatar::TriangleBvh& bvh, const std::vector<Eigen::Vector3d>& queries, const char* name) {
+  const benchmark::Timing timing = benchmark::measure(5, [&] {
+    for (const Eigen::Vector3d& query : queries) {
+      benchmark::keep(bvh.closestPoint(query));
+    }
+  });
+  benchmark::report(name, timing, static_cast<double>(queries.size()));
+}
+
 void searching(const TriangleMesh& mesh) {
   const double faces = static_cast<double>(mesh.numFaces());
   benchmark::report(
@@ -61,18 +71,8 @@ void searching(const TriangleMesh& mesh) {
   avatar::TriangleBvh bvh(mesh);
   benchmark::report(
       "BVH refit, 30k", benchmark::measure(20, [&] { bvh.refit(mesh.vertices); }), faces);
-  for (const double distance : {0.01, 0.3}) {
-    const std::vector<Eigen::Vector3d> queries = queriesNear(mesh, 20000, distance);
-    const benchmark::Timing timing = benchmark::measure(5, [&] {
-      for (const Eigen::Vector3d& query : queries) {
-        benchmark::keep(bvh.closestPoint(query));
-      }
-    });
-    benchmark::report(
-        distance < 0.1 ? "closest point, 1 cm away" : "closest point, 30 cm away",
-        timing,
-        static_cast<double>(queries.size()));
-  }
+  nearestPoints(bvh, queriesNear(mesh, 20000, 0.01), "closest point, 1 cm away");
+  nearestPoints(bvh, queriesNear(mesh, 20000, 0.3), "closest point, 30 cm away");
   const std::vector<Eigen::Vector3d> origins = queriesNear(mesh, 20000, 1.0);
   const benchmark::Timing timing = benchmark::measure(5, [&] {
     for (const Eigen::Vector3d& origin : origins) {
