@@ -55,17 +55,27 @@ Eigen::MatrixXd nearestAssignment(const Eigen::MatrixXd& samples, const Eigen::M
   return assignment;
 }
 
+/// Means of the assigned samples; a centre that lost all of its own stays.
+Eigen::MatrixXd movedCentres(
+    const Eigen::MatrixXd& samples,
+    const Eigen::MatrixXd& assignment,
+    const Eigen::MatrixXd& centres) {
+  Eigen::MatrixXd moved = centres;
+  for (Eigen::Index k = 0; k < centres.cols(); ++k) {
+    const double count = assignment.col(k).sum();
+    if (count > 0.0) {
+      moved.col(k) = samples * assignment.col(k) / count;
+    }
+  }
+  return moved;
+}
+
 Eigen::MatrixXd kMeansAssignment(const Eigen::MatrixXd& samples, const MixtureFitOptions& options) {
   Eigen::MatrixXd centres = seededCentres(samples, options.numComponents, options.seed);
   constexpr int kRounds = 20;
   Eigen::MatrixXd assignment = nearestAssignment(samples, centres);
   for (int round = 0; round < kRounds; ++round) {
-    for (Eigen::Index k = 0; k < centres.cols(); ++k) {
-      const double count = assignment.col(k).sum();
-      if (count > 0.0) {
-        centres.col(k) = samples * assignment.col(k) / count;
-      }
-    }
+    centres = movedCentres(samples, assignment, centres);
     assignment = nearestAssignment(samples, centres);
   }
   return assignment;

@@ -107,7 +107,9 @@ Motion repairedFile(
     return motion;
   }
   for (const std::string& warning : check.warnings) {
-    warnings.push_back(path + ": " + warning + "; interpolated");
+    std::string line = path;
+    line.append(": ").append(warning).append("; interpolated");
+    warnings.push_back(line);
   }
   return repaired(motion);
 }

@@ -10,8 +10,8 @@
 #include <stdexcept>
 
 // The bytes of data/cmu_pose_prior.npz, from builtin_prior.S.
-extern "C" const unsigned char simulcap_cmu_pose_prior[];
-extern "C" const unsigned char simulcap_cmu_pose_prior_end[];
+extern "C" const unsigned char simulcapCmuPosePrior[];
+extern "C" const unsigned char simulcapCmuPosePriorEnd[];
 
 namespace avatar {
 namespace {
@@ -137,9 +137,9 @@ void writePrior(const std::string& path, const GaussianMixture& mixture) {
 }
 
 GaussianMixture builtInPrior() {
-  const auto size = static_cast<std::size_t>(simulcap_cmu_pose_prior_end - simulcap_cmu_pose_prior);
+  const auto size = static_cast<std::size_t>(simulcapCmuPosePriorEnd - simulcapCmuPosePrior);
   const std::string name = "built-in pose prior";
-  return mixtureFrom(readNpzFromMemory(simulcap_cmu_pose_prior, size, name), name);
+  return mixtureFrom(readNpzFromMemory(simulcapCmuPosePrior, size, name), name);
 }
 
 PriorFolderFit fitPriorFromFolder(const std::string& folder, const PriorFolderOptions& options) {
