@@ -63,7 +63,7 @@ std::vector<int> verticesOfJoints(const avatar::BodyModel& model, const std::vec
 }
 
 std::vector<Eigen::AlignedBox3d> framingBoxes(
-    const std::vector<PosedBody>& bodies, const std::vector<int>& vertices, bool commonFloor) {
+    const std::vector<PicturedBody>& bodies, const std::vector<int>& vertices, bool commonFloor) {
   std::vector<Eigen::AlignedBox3d> boxes(bodies.size());
   Eigen::Vector3d largest = Eigen::Vector3d::Zero();
   Eigen::AlignedBox3d all;

@@ -26,7 +26,7 @@ const std::vector<BodyView>& bodyViews();
 const BodyView& bodyView(const std::string& name);
 
 /// A body as it is at one moment.
-struct PosedBody {
+struct PicturedBody {
   std::string label;          ///< for the caption
   Eigen::Matrix3Xd vertices;  ///< 3 × V [m]
 };
@@ -38,13 +38,13 @@ std::vector<int> verticesOfJoints(const avatar::BodyModel& model, const std::vec
 /// centred on its body. `commonFloor`: all at the height where they are (a jump stays visible)
 /// instead of standing on the lower edge.
 std::vector<Eigen::AlignedBox3d> framingBoxes(
-    const std::vector<PosedBody>& bodies, const std::vector<int>& vertices, bool commonFloor);
+    const std::vector<PicturedBody>& bodies, const std::vector<int>& vertices, bool commonFloor);
 
 struct PictureOptions {
   int width = 480;                             ///< [px], 16 … 8192
   int height = 640;                            ///< [px], 16 … 8192
   int supersampling = 2;                       ///< samples per pixel and side, 1 … 4
-  Eigen::Vector3d color = {0.80, 0.66, 0.58};  ///< of the skin, display values in [0, 1]
+  Eigen::Vector3d color = {0.95, 0.80, 0.71};  ///< of the skin, display values in [0, 1]
   bool wireframe = false;                      ///< draw the edges of the faces
 
   /// Throws std::invalid_argument when a value is out of its range.

@@ -155,7 +155,7 @@ class Progress::Display {
     const std::lock_guard lock(mutex_);
     const long tenthsBefore = tenths();
     ++state_.done;
-    if (options_.quiet)
+    if (options_.quiet || state_.total < 2)
       return;
     state_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
     if (isTerminal_)

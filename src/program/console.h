@@ -54,7 +54,8 @@ class Console {
 };
 
 /// Shows how far a piece of work is while it lives: a bar when stderr is a terminal, a line every
-/// 10 % otherwise, JSON lines when the console writes JSON. advance() may come from any thread.
+/// 10 % otherwise, JSON lines when the console writes JSON. Work of one step shows nothing.
+/// advance() may come from any thread.
 class Progress {
  public:
   /// `total` in `unit` (plural), e.g. 300 "frames".

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "avatar/body_model.h"
+#include "avatar/body_pose.h"
+
+#include <Eigen/Core>
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace simulcap {
+
+/// A shape as it was asked for.
+struct NamedShape {
+  std::string label;      ///< the preset's name, else the betas as text
+  Eigen::VectorXd betas;  ///< as many as the model has
+};
+
+/// "1,0,-2" (further betas 0) or the name of a preset of the default body. Throws UsageError.
+NamedShape parseShape(const std::string& text, const avatar::BodyModel& model);
+
+/// --betas. `where`: what several shapes become, "rows" or "columns".
+void addShapeOption(CLI::App& verb, std::vector<std::string>& texts, const std::string& where);
+
+/// One shape per text; the mean shape when there is none.
+std::vector<NamedShape> parseShapes(
+    const std::vector<std::string>& texts, const avatar::BodyModel& model);
+
+/// Names of the default body's presets, for the help: "female, male, …".
+std::string presetNames();
+
+struct PixelSize {
+  int width = 0;   ///< [px]
+  int height = 0;  ///< [px]
+};
+
+/// "480x640". Throws UsageError.
+PixelSize parseSize(const std::string& text);
+
+/// "a,b,c" → {"a", "b", "c"}.
+std::vector<std::string> splitAtCommas(const std::string& text);
+
+}  // namespace simulcap

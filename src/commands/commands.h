@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+
+namespace CLI {
+class App;
+}
+
+namespace simulcap {
+
+class Console;
+
+/// What every command is given beside its own options.
+struct CommandContext {
+  const Console& console;
+  int threads = 1;  ///< ≥ 1
+};
+
+/// Options that contradict each other or lack something: the program ends with exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The command that was asked for; its verb's callback sets it while the arguments are parsed.
+using ChosenCommand = std::function<void(const CommandContext&)>;
+
+// One function and one file per verb: adds the verb with its options to the program.
+void addDemo(CLI::App& program, ChosenCommand& chosen);
+void addFitPrior(CLI::App& program, ChosenCommand& chosen);
+void addRender(CLI::App& program, ChosenCommand& chosen);
+
+}  // namespace simulcap

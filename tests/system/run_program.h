@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace simulcap {
+
+struct ProgramRun {
+  int exitCode = -1;  ///< −1: killed by a signal
+  std::string out;    ///< stdout
+  std::string err;    ///< stderr
+};
+
+/// Runs the real `simulcap` with these arguments (no shell in between, stdin empty).
+ProgramRun runProgram(const std::vector<std::string>& arguments);
+
+/// A folder of this test's own, empty at first and removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  TemporaryFolder(TemporaryFolder&&) = delete;
+  TemporaryFolder& operator=(TemporaryFolder&&) = delete;
+
+  std::string operator/(const std::string& name) const { return path_ / name; }
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The bytes of a file; empty when there is none.
+std::string fileBytes(const std::string& path);
+void writeBytes(const std::string& path, const std::string& bytes);
+
+}  // namespace simulcap
