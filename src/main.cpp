@@ -48,6 +48,8 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
       "Exit code: 0 done, 1 the input or the machine failed, 2 wrong usage.");
   addDemo(program, chosen);
   addRender(program, chosen);
+  addMeasure(program, chosen);
+  addFitBody(program, chosen);
   addFitPrior(program, chosen);
   for (CLI::App* verb : program.get_subcommands({})) {
     verb->fallthrough();

@@ -28,7 +28,9 @@ using ChosenCommand = std::function<void(const CommandContext&)>;
 
 // One function and one file per verb: adds the verb with its options to the program.
 void addDemo(CLI::App& program, ChosenCommand& chosen);
+void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
+void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
 
 }  // namespace simulcap

@@ -3,6 +3,7 @@
 #include "avatar/skinning.h"
 #include "src/commands/body_sheet.h"
 #include "src/commands/commands.h"
+#include "src/commands/measure_table.h"
 #include "src/commands/motion_input.h"
 #include "src/output/image_file.h"
 #include "src/output/named_pose.h"
@@ -100,6 +101,13 @@ class DemoBody {
     return sheet;
   }
 
+  std::string measures() const {
+    std::vector<MeasuredBody> bodies;
+    for (const avatar::BodyPreset& preset : avatar::bodyPresets())
+      bodies.push_back(measured(preset.name, model_, skinning_.shape(preset.betas)));
+    return measureTable(bodies);
+  }
+
   /// Times of posing and of rendering one picture on one thread [ms].
   nlohmann::json timings() const {
     const avatar::ShapedBody shaped = skinning_.shape(avatar::bodyPresets().front().betas);
@@ -141,7 +149,7 @@ class DemoBody {
   const CommandContext& context_;
 };
 
-std::string report(const std::vector<DemoPicture>& pictures) {
+std::string report(const std::vector<DemoPicture>& pictures, const std::string& table) {
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>simulcap demo</title>\n"
       "<style>body{font-family:sans-serif;margin:2em}img{max-width:100%}</style>\n"
@@ -150,7 +158,7 @@ std::string report(const std::vector<DemoPicture>& pictures) {
   for (const DemoPicture& picture : pictures)
     html += "<h2>" + picture.title + "</h2>\n<img src=\"" + picture.file + "\" alt=\"" +
             picture.title + "\">\n";
-  return html + "</html>\n";
+  return html + "<h2>Measures</h2>\n<pre>" + table + "</pre>\n</html>\n";
 }
 
 nlohmann::json metrics(const nlohmann::json& timings, const CommandContext& context) {
@@ -180,10 +188,12 @@ void demo(const DemoOptions& options, const CommandContext& context) {
   writePng(folder / "poses.png", composed(body.poses()));
   writePng(folder / "details.png", composed(body.details()));
 
-  writeFileAtomically(folder / "report.html", report(pictures));
+  const std::string table = body.measures();
+  writeFileAtomically(folder / "report.html", report(pictures, table));
   const nlohmann::json timings = body.timings();
   writeFileAtomically(folder / "metrics.json", metrics(timings, context).dump(1) + "\n");
 
+  context.console.result(table);
   context.console.result(
       "posing the body: " + milliseconds(timings["posing"]) + ", a picture of 640x480: " +
       milliseconds(timings["picture_640x480"]) + " (medians of 50, one thread)");
@@ -194,7 +204,7 @@ void demo(const DemoOptions& options, const CommandContext& context) {
 
 void addDemo(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb = program.add_subcommand(
-      "demo", "Pictures of the built-in body: its shapes, poses and motions");
+      "demo", "Pictures and measures of the built-in body: its shapes, poses and motions");
   const auto options = std::make_shared<DemoOptions>();
   verb->add_option("-o,--output", options->output, "Folder to write to")->capture_default_str();
   verb->callback([options, &chosen] {
