@@ -22,6 +22,7 @@ constexpr double kShortestBone = 0.01;  // of the stature; below it a bone has n
 constexpr double kHipCrestLevel = 0.2;  // iliac crest, 0.59 of the stature
 constexpr double kNavelLevel = 0.25;    // 0.60 of the stature
 constexpr double kLowRibLevel = 0.55;   // under the bust, 0.69 of the stature
+constexpr double kNippleLevel = 0.66;   // 0.72 of the stature; the armpits are above it
 
 struct Range {
   double from = 0.0;
@@ -237,18 +238,24 @@ class Tailor {
     return 0.5 * (loop.row(1).maxCoeff() - loop.row(1).minCoeff());
   }
 
-  /// Fullest level up to the armpits, which are where the section reaches out as far as the
-  /// shoulder joints; a stout trunk is allowed the width it has at the lowest ribs.
+  /// Fullest level up to the armpits, which are where, above the nipples, the trunk's sides lean
+  /// out into the arms by more than 1 in 2 (a chest widens upwards by about 1 in 4).
   double chestGirth() const {
-    const Range heights = {trunkLevel(kLowRibLevel), trunkLevel(1.0)};
-    const PlaneLoop lowest = trunkSection(heights.from);
-    const double widest =
-        std::max(0.5 * (joints_(0, kLeftShoulder) - joints_(0, kRightShoulder)), halfWidth(lowest));
-    double girth = tapeLength(lowest);
+    constexpr double kArmpitLean = 0.5;
+    constexpr std::size_t kWindow = 4;  // levels: widths are compared over 2 cm, a mesh edge
+    std::vector<double> heights;
+    std::vector<double> widths;
+    double girth = 0.0;
     bool belowArmpits = true;
-    scan(heights, [&](double y) {
+    scan({trunkLevel(kLowRibLevel), trunkLevel(1.0)}, [&](double y) {
       const PlaneLoop loop = trunkSection(y);
-      belowArmpits = belowArmpits && halfWidth(loop) <= widest;
+      heights.push_back(y);
+      widths.push_back(halfWidth(loop));
+      if (y > trunkLevel(kNippleLevel)) {
+        const std::size_t below = heights.size() - 1 - std::min(kWindow, heights.size() - 1);
+        const double widening = widths.back() - widths[below];
+        belowArmpits = belowArmpits && widening <= kArmpitLean * (y - heights[below]);
+      }
       if (belowArmpits) {
         girth = std::max(girth, tapeLength(loop));
       }
