@@ -1,5 +1,6 @@
 #include "avatar/default_body/body_field.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -48,16 +49,15 @@ double BodyField::distance(
 int BodyField::dominantBone(const Eigen::Vector3d& point) const {
   int bone = kPelvis;
   double nearest = std::numeric_limits<double>::max();
+  const auto consider = [&](const FieldElement& element) {
+    const double distance = signedDistance(element.primitive, point);
+    if (element.operation != FieldOperation::kUnion || distance >= nearest)
+      return;
+    nearest = distance;
+    bone = element.bone;
+  };
   for (const FieldGroup& group : groups_) {
-    for (const FieldElement& element : group.elements) {
-      if (element.operation != FieldOperation::kUnion)
-        continue;
-      const double distance = signedDistance(element.primitive, point);
-      if (distance < nearest) {
-        nearest = distance;
-        bone = element.bone;
-      }
-    }
+    std::for_each(group.elements.begin(), group.elements.end(), consider);
   }
   return bone;
 }

@@ -71,14 +71,12 @@ class Polygoniser {
     }
   }
 
+  // Corners of the block's cells, z fastest.
   void sampleBlock(const Eigen::Vector3i& first) {
-    std::size_t i = 0;
-    for (int x = 0; x <= kBlock; ++x) {
-      for (int y = 0; y <= kBlock; ++y) {
-        for (int z = 0; z <= kBlock; ++z) {
-          samples_[i++] = field_(position(first + Eigen::Vector3i(x, y, z)));
-        }
-      }
+    constexpr int kSide = kBlock + 1;
+    for (int i = 0; i < kSide * kSide * kSide; ++i) {
+      const Eigen::Vector3i inBlock(i / (kSide * kSide), i / kSide % kSide, i % kSide);
+      samples_[static_cast<std::size_t>(i)] = field_(position(first + inBlock));
     }
   }
 

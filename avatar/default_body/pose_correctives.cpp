@@ -173,16 +173,14 @@ class CorrectiveTrainer {
 
 // With M = diag(−1, 1, 1): the other side turns by M R M and moves by M d.
 Eigen::MatrixXf mirroredBlock(const SymmetricMesh& body, const Eigen::MatrixXf& block) {
-  constexpr std::array<float, 3> kSign = {-1.0F, 1.0F, 1.0F};
+  const Eigen::Vector3f mirror(-1.0F, 1.0F, 1.0F);
+  const Eigen::Matrix3f featureSigns = mirror * mirror.transpose();
+  const Eigen::Matrix<float, 3, 9> signs =
+      mirror * featureSigns.reshaped<Eigen::RowMajor>().transpose();
   Eigen::MatrixXf result(block.rows(), block.cols());
   for (Eigen::Index v = 0; v < body.mesh.numVertices(); ++v) {
     const Eigen::Index other = body.mirrorVertex[static_cast<std::size_t>(v)];
-    for (int c = 0; c < 3; ++c) {
-      for (int feature = 0; feature < 9; ++feature) {
-        const float sign = kSign[c] * kSign[feature / 3] * kSign[feature % 3];
-        result(3 * v + c, feature) = sign * block(3 * other + c, feature);
-      }
-    }
+    result.middleRows<3>(3 * v) = signs.cwiseProduct(block.middleRows<3>(3 * other));
   }
   return result;
 }

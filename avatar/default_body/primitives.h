@@ -23,11 +23,11 @@ struct Ellipsoid {
 
 /// One cross-section of a Loft: a superellipse whose four half-axes may differ.
 struct LoftSection {
-  double position = 0.0;  ///< along the axis, from the loft's origin [m]
-  double uPlus, uMinus;   ///< half-axes along +u and −u [m]
-  double vPlus, vMinus;   ///< half-axes along +v and −v [m]
-  double uCenter = 0.0;   ///< offset of the section's centre along u [m]
-  double vCenter = 0.0;   ///< and along v [m]
+  double position = 0.0;             ///< along the axis, from the loft's origin [m]
+  double uPlus = 0.0, uMinus = 0.0;  ///< half-axes along +u and −u [m]
+  double vPlus = 0.0, vMinus = 0.0;  ///< half-axes along +v and −v [m]
+  double uCenter = 0.0;              ///< offset of the section's centre along u [m]
+  double vCenter = 0.0;              ///< and along v [m]
 };
 
 /// A generalised cylinder: sections along a straight axis, interpolated by monotone cubics, closed
