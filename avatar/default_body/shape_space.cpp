@@ -90,33 +90,33 @@ struct SoftLayer {
 SoftLayer softLayer(int bone) {
   switch (std::min(bone, mirroredJoint(bone))) {
     case kPelvis:
-      return {0.0100, 0.0010};
+      return {0.0085, 0.0010};
     case kLeftHip:
-      return {0.0065, 0.0040};
+      return {0.0055, 0.0040};
     case kSpine1:
-      return {0.0125, -0.0005};
+      return {0.0106, -0.0005};
     case kSpine2:
-      return {0.0105, 0.0020};
+      return {0.0089, 0.0020};
     case kSpine3:
-      return {0.0075, 0.0045};
+      return {0.0064, 0.0045};
     case kLeftCollar:
-      return {0.0055, 0.0050};
+      return {0.0047, 0.0050};
     case kNeck:
-      return {0.0040, 0.0030};
+      return {0.0034, 0.0030};
     case kHead:
-      return {0.0016, 0.0000};
+      return {0.0014, 0.0000};
     case kLeftShoulder:
-      return {0.0052, 0.0048};
+      return {0.0044, 0.0048};
     case kLeftElbow:
-      return {0.0026, 0.0026};
+      return {0.0022, 0.0026};
     case kLeftKnee:
-      return {0.0034, 0.0028};
+      return {0.0029, 0.0028};
     case kLeftWrist:
-      return {0.0008, 0.0003};
+      return {0.0007, 0.0003};
     case kLeftHand:
       return {0.0003, 0.0000};
     case kLeftAnkle:
-      return {0.0008, 0.0000};
+      return {0.0007, 0.0000};
     default:
       return {0.0002, 0.0000};
   }
