@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <new>
 #include <thread>
 
@@ -124,5 +125,10 @@ int run(int argc, char** argv) {
 }  // namespace simulcap
 
 int main(int argc, char** argv) {
-  return simulcap::run(argc, argv);
+  try {
+    return simulcap::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fputs((std::string("simulcap: error: ") + error.what() + "\n").c_str(), stderr);
+    return simulcap::kFailed;
+  }
 }

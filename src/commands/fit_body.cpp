@@ -52,7 +52,7 @@ avatar::BodyFitResult fitted(
     const avatar::BodyModel& target,
     const FitBodyOptions& options) {
   const avatar::MeshView surface(target.templateVertices, target.faces);
-  const avatar::BodyFitResult result = avatar::fitBody(model, surface, options.fit);
+  avatar::BodyFitResult result = avatar::fitBody(model, surface, options.fit);
   if (result.status == avatar::BodyFitStatus::kFailed)
     throw std::runtime_error(
         options.target + ": the body could not be fitted (" + distanceText(result.distance) +

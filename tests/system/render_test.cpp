@@ -16,7 +16,7 @@ double coverage(const avatar::ColorImage& image) {
 
 /// Runs render with these options; returns the file's path.
 std::string renderInto(const TemporaryFolder& folder, const std::vector<std::string>& options) {
-  const std::string path = folder / "x.png";
+  std::string path = folder / "x.png";
   std::vector<std::string> arguments = {"render", "-o", path};
   arguments.insert(arguments.end(), options.begin(), options.end());
   const ProgramRun run = runProgram(arguments);
