@@ -287,9 +287,9 @@ class BodyFitter {
       x_ = step(planes, prior);
       ++iterations_;
       const Eigen::Matrix3Xd moved = verticesAt(x_);
-      const double largest = (moved - vertices).colwise().norm().maxCoeff();
+      const double meanSquare = (moved - vertices).colwise().squaredNorm().mean();
       vertices = moved;
-      if (largest < options_.stepTolerance) {
+      if (std::sqrt(meanSquare) < options_.stepTolerance) {
         return true;
       }
     }

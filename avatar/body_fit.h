@@ -16,7 +16,7 @@ struct BodyFitOptions {
   double maxAngle = 60.0;       ///< between normals of a match [deg], 1 … 90
   double betaPrior = 0.02;      ///< [m per unit beta]: a beta of 1 counts as this residual, ≥ 0
   double posePrior = 0.03;      ///< [m per rad] towards the start pose, ≥ 0
-  double stepTolerance = 1e-4;  ///< stop when no surface point moves further in a step [m], > 0
+  double stepTolerance = 1e-4;  ///< stop when a step moves the surface by less, rms [m], > 0
   BodyPose startPose;           ///< roughly the target's pose; the translation is found
 
   /// Throws std::invalid_argument when a value is out of its range.

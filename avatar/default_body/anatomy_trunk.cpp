@@ -53,7 +53,7 @@ FieldGroup makeTrunk() {
   add(Ellipsoid{{0.0, 0.030, 0.062}, {0.105, 0.095, 0.056}}, kPelvis, 0.040);
   // Pectoralis / breast, latissimus, scapula, trapezius, clavicle.
   add(Ellipsoid{{0.072, 0.356, 0.064}, {0.074, 0.062, 0.052}}, kSpine3, 0.040);
-  add(Ellipsoid{{0.112, 0.345, -0.034}, {0.046, 0.110, 0.052}}, kSpine3, 0.050);
+  add(Ellipsoid{{0.106, 0.340, -0.032}, {0.047, 0.135, 0.054}}, kSpine3, 0.070);
   add(Ellipsoid{{0.080, 0.405, -0.064}, {0.060, 0.080, 0.032}}, kSpine3, 0.040);
   add(RoundCone{{0.020, 0.540, -0.030}, {0.150, 0.490, -0.016}, 0.025, 0.030}, kLeftCollar, 0.045);
   add(RoundCone{{0.022, 0.484, 0.026}, {0.150, 0.492, 0.004}, 0.010, 0.016}, kLeftCollar, 0.025);

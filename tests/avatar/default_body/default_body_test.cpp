@@ -1,5 +1,6 @@
 #include "avatar/default_body/default_body.h"
 
+#include "avatar/anthropometry.h"
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/default_body/shape_space.h"
 #include "avatar/geometry/adjacency.h"
@@ -137,6 +138,80 @@ TEST(DefaultBody, JointsStayInsideEveryShapeAndMirrorEachOther) {
       EXPECT_LT(signedDistance(a).distance, -0.004)
           << kShapeNames[i / 2] << " " << kSmplJointNames[joint];
       EXPECT_LT((a - Vector3d(-b.x(), b.y(), b.z())).norm(), 1e-6);
+    }
+  }
+}
+
+struct AdultRange {
+  const char* name;
+  double BodyMeasures::*measure;
+  double low, high;  // [m], BMI [kg/m²]
+};
+
+// About the first to the 99th percentile of adult women and men together, rounded outwards (surveys
+// such as ANSUR and NHANES); lengths between joint centres are shorter than those between
+// landmarks.
+constexpr AdultRange kAdults[] = {
+    {"stature", &BodyMeasures::stature, 1.48, 1.95},
+    {"neck girth", &BodyMeasures::neckGirth, 0.27, 0.48},
+    {"chest girth", &BodyMeasures::chestGirth, 0.74, 1.35},
+    {"waist girth", &BodyMeasures::waistGirth, 0.58, 1.30},
+    {"hip girth", &BodyMeasures::hipGirth, 0.80, 1.35},
+    {"thigh girth", &BodyMeasures::thighGirth, 0.43, 0.80},
+    {"calf girth", &BodyMeasures::calfGirth, 0.29, 0.48},
+    {"upper arm girth", &BodyMeasures::upperArmGirth, 0.21, 0.45},
+    {"shoulder breadth", &BodyMeasures::shoulderBreadth, 0.30, 0.46},
+    {"arm length", &BodyMeasures::armLength, 0.43, 0.65},
+    {"crotch height", &BodyMeasures::crotchHeight, 0.65, 0.97},
+    {"foot length", &BodyMeasures::footLength, 0.21, 0.31},
+    {"body mass index", &BodyMeasures::bmi, 16.0, 42.0}};
+
+void expectAdult(const Skinning& skinning, const Eigen::VectorXd& betas) {
+  const ShapedBody shaped = skinning.shape(betas);
+  const BodyMeasures measures =
+      measureBody({shaped.vertices, skinning.model().faces}, shaped.joints);
+  for (const AdultRange& range : kAdults) {
+    EXPECT_GT(measures.*range.measure, range.low) << range.name << ", betas " << betas.transpose();
+    EXPECT_LT(measures.*range.measure, range.high) << range.name << ", betas " << betas.transpose();
+  }
+}
+
+TEST(DefaultBody, MeasuresLikeAnAdultInEveryDirection) {
+  const Skinning skinning(defaultBody());
+  expectAdult(skinning, Eigen::VectorXd::Zero(kNumShapes));
+  for (int k = 0; k < kNumShapes; ++k) {
+    expectAdult(skinning, -2.0 * Eigen::VectorXd::Unit(kNumShapes, k));
+    expectAdult(skinning, 2.0 * Eigen::VectorXd::Unit(kNumShapes, k));
+  }
+}
+
+// The chain of names, directions and measures holds together: each direction changes what it names,
+// and nobody's stature but stature's.
+TEST(DefaultBody, ShapeDirectionsChangeWhatTheyName) {
+  const Skinning skinning(defaultBody());
+  const auto measured = [&](int direction, double beta) {
+    const ShapedBody shaped = skinning.shape(beta * Eigen::VectorXd::Unit(kNumShapes, direction));
+    return measureBody({shaped.vertices, defaultBody().faces}, shaped.joints);
+  };
+  const std::pair<std::string_view, double BodyMeasures::*> named[] = {
+      {"stature", &BodyMeasures::stature},
+      {"mass", &BodyMeasures::mass},
+      {"shoulder_breadth", &BodyMeasures::shoulderBreadth},
+      {"chest", &BodyMeasures::chestGirth},
+      {"waist", &BodyMeasures::waistGirth},
+      {"hip", &BodyMeasures::hipGirth},
+      {"leg_length", &BodyMeasures::crotchHeight},
+      {"arm_length", &BodyMeasures::armLength},
+      {"muscle", &BodyMeasures::upperArmGirth},
+      {"belly", &BodyMeasures::abdomenGirth}};
+  for (int k = 0; k < kNumShapes; ++k) {
+    const auto& [name, measure] = named[k];
+    ASSERT_EQ(kShapeNames[static_cast<std::size_t>(k)], name);
+    const BodyMeasures less = measured(k, -1.0);
+    const BodyMeasures more = measured(k, 1.0);
+    EXPECT_GT(more.*measure / (less.*measure), 1.03) << name;
+    if (k > 0) {
+      EXPECT_NEAR(more.stature, less.stature, 0.01) << name;
     }
   }
 }
