@@ -11,10 +11,6 @@ namespace {
 
 enum Shape { kStature, kMass, kShoulder, kChest, kWaist, kHipGirth, kLeg, kArm, kMuscle, kBelly };
 
-constexpr int kMidline[] = {kPelvis, kSpine1, kSpine2, kSpine3, kNeck, kHead};
-constexpr int kLegBones[] = {kLeftHip, kLeftKnee, kLeftAnkle, kLeftFoot};
-constexpr int kArmBones[] = {kLeftShoulder, kLeftElbow, kLeftWrist, kLeftHand};
-
 using BoneScales = std::array<Eigen::Vector3d, kNumSmplJoints>;
 
 void scaleSides(BoneScales& scales, int leftBone, const Eigen::Vector3d& factor) {

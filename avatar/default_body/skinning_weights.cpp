@@ -93,8 +93,8 @@ Eigen::MatrixXd symmetrised(const SymmetricMesh& body, const Eigen::MatrixXd& we
   return result;
 }
 
-}  // namespace
-
+// The bone each vertex belongs to before smoothing: that of the primitive which shapes it, the
+// trunk cut at the spine joints.
 std::vector<int> segmentByBone(const SymmetricMesh& body, const BodyField& field) {
   std::vector<int> bones(body.mirrorVertex.size());
   for (std::size_t v = 0; v < bones.size(); ++v) {
@@ -106,6 +106,8 @@ std::vector<int> segmentByBone(const SymmetricMesh& body, const BodyField& field
   }
   return bones;
 }
+
+}  // namespace
 
 SparseRowMatrix makeSkinningWeights(const SymmetricMesh& body, const BodyField& field) {
   const std::vector<int> bones = segmentByBone(body, field);

@@ -9,10 +9,6 @@ namespace avatar {
 
 using SparseRowMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-/// The bone each vertex belongs to before smoothing: that of the primitive which shapes it, the
-/// trunk cut at the spine joints. V entries.
-std::vector<int> segmentByBone(const SymmetricMesh& body, const BodyField& field);
-
 /// V × 24 linear-blend weights: the segmentation diffused as heat over the surface, over a length
 /// that fits the joint's size, cut to the four largest per vertex; rows sum to 1; symmetric.
 SparseRowMatrix makeSkinningWeights(const SymmetricMesh& body, const BodyField& field);

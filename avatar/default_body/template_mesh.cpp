@@ -16,6 +16,33 @@ struct DetailZone {
   double edgeLength;  // [m]
 };
 
+// Edge length that the template aims for at a point of the surface [m].
+double templateEdgeLength(const Eigen::Vector3d& point) {
+  constexpr double kElsewhere = 0.0240;  // [m]
+  constexpr double kGrowth = 0.20;       // [m] of edge per metre of distance
+  static const DetailZone kZones[] = {
+      {{0.000, 0.615, 0.108}, 0.026, 0.0048},   // mouth
+      {{0.031, 0.677, 0.105}, 0.018, 0.0054},   // eye
+      {{0.000, 0.648, 0.125}, 0.018, 0.0054},   // nose
+      {{0.000, 0.650, 0.090}, 0.060, 0.0098},   // face
+      {{0.077, 0.668, 0.004}, 0.028, 0.0068},   // ear
+      {{0.000, 0.690, 0.000}, 0.100, 0.0165},   // head
+      {{0.730, 0.450, 0.010}, 0.050, 0.0115},   // palm
+      {{0.805, 0.450, 0.000}, 0.055, 0.0082},   // fingers
+      {{0.770, 0.438, 0.065}, 0.025, 0.0084},   // thumb
+      {{0.110, -0.870, 0.040}, 0.080, 0.0155},  // foot
+      {{0.120, -0.895, 0.130}, 0.045, 0.0092},  // toes
+      {{0.435, 0.462, -0.010}, 0.050, 0.0175},  // elbow
+      {{0.094, -0.440, 0.000}, 0.060, 0.0200},  // knee
+  };
+  double result = kElsewhere;
+  for (const DetailZone& zone : kZones) {
+    const double outside = std::max(0.0, (point - zone.center).norm() - zone.radius);
+    result = std::min(result, zone.edgeLength + kGrowth * outside);
+  }
+  return result;
+}
+
 TriangleMesh makeHalf(const BodyField& field) {
   const auto distance = [&](const Eigen::Vector3d& p) { return field.distance(p); };
   PolygoniseOptions options;
@@ -44,8 +71,7 @@ void settleOnSurface(const BodyField& field, TriangleMesh& half) {
   }
 }
 
-}  // namespace
-
+// The half mesh, open at x = 0 with its boundary exactly there, and its mirror image.
 SymmetricMesh joinedWithMirrorImage(const TriangleMesh& half) {
   SymmetricMesh result;
   const Eigen::Index numHalf = half.numVertices();
@@ -76,31 +102,7 @@ SymmetricMesh joinedWithMirrorImage(const TriangleMesh& half) {
   return result;
 }
 
-double templateEdgeLength(const Eigen::Vector3d& point) {
-  constexpr double kElsewhere = 0.0240;  // [m]
-  constexpr double kGrowth = 0.20;       // [m] of edge per metre of distance
-  static const DetailZone kZones[] = {
-      {{0.000, 0.615, 0.108}, 0.026, 0.0048},   // mouth
-      {{0.031, 0.677, 0.105}, 0.018, 0.0054},   // eye
-      {{0.000, 0.648, 0.125}, 0.018, 0.0054},   // nose
-      {{0.000, 0.650, 0.090}, 0.060, 0.0098},   // face
-      {{0.077, 0.668, 0.004}, 0.028, 0.0068},   // ear
-      {{0.000, 0.690, 0.000}, 0.100, 0.0165},   // head
-      {{0.730, 0.450, 0.010}, 0.050, 0.0115},   // palm
-      {{0.805, 0.450, 0.000}, 0.055, 0.0082},   // fingers
-      {{0.770, 0.438, 0.065}, 0.025, 0.0084},   // thumb
-      {{0.110, -0.870, 0.040}, 0.080, 0.0155},  // foot
-      {{0.120, -0.895, 0.130}, 0.045, 0.0092},  // toes
-      {{0.435, 0.462, -0.010}, 0.050, 0.0175},  // elbow
-      {{0.094, -0.440, 0.000}, 0.060, 0.0200},  // knee
-  };
-  double result = kElsewhere;
-  for (const DetailZone& zone : kZones) {
-    const double outside = std::max(0.0, (point - zone.center).norm() - zone.radius);
-    result = std::min(result, zone.edgeLength + kGrowth * outside);
-  }
-  return result;
-}
+}  // namespace
 
 SymmetricMesh makeTemplateMesh(const BodyField& field) {
   TriangleMesh half = makeHalf(field);

@@ -17,10 +17,4 @@ struct SymmetricMesh {
 /// polygonised, remeshed to the local edge length, moved onto the field, and mirrored.
 SymmetricMesh makeTemplateMesh(const BodyField& field);
 
-/// The half mesh (open at x = 0, its boundary vertices exactly there) joined with its mirror image.
-SymmetricMesh joinedWithMirrorImage(const TriangleMesh& half);
-
-/// Edge length that the template aims for at a point of the surface [m].
-double templateEdgeLength(const Eigen::Vector3d& point);
-
 }  // namespace avatar
