@@ -1,6 +1,6 @@
 #include "avatar/default_body/template_mesh.h"
 
-#include "avatar/default_body/polygonise.h"
+#include "avatar/geometry/polygonise.h"
 #include "avatar/geometry/isotropic_remesh.h"
 
 #include <algorithm>

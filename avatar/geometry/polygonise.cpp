@@ -1,4 +1,4 @@
-#include "avatar/default_body/polygonise.h"
+#include "avatar/geometry/polygonise.h"
 
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "avatar/default_body/polygonise.h"
+#include "avatar/geometry/polygonise.h"
 
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"
