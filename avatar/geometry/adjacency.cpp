@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace avatar {
 namespace {
@@ -175,28 +176,30 @@ std::size_t fanSize(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency, i
 }
 
 /// Gives every face a side, from neighbour to neighbour, so that neighbours agree.
-class FaceSides {
+class FaceSideSearch {
  public:
-  FaceSides(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency)
-      : faces_(faces), adjacency_(adjacency), sides_(at(faces.cols()), 0) {}
+  FaceSideSearch(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency)
+      : faces_(faces), adjacency_(adjacency) {
+    result_.turned.assign(at(faces.cols()), false);
+    visited_.assign(at(faces.cols()), false);
+  }
 
-  /// False when some neighbours contradict each other.
-  bool assign() {
+  FaceSides run() {
     for (int seed = 0; seed < faces_.cols(); ++seed) {
-      if (sides_[at(seed)] == 0) {
-        sides_[at(seed)] = 1;
+      if (!visited_[at(seed)]) {
         spreadFrom(seed);
+        keepMajority();
       }
     }
-    return consistent_;
+    return std::move(result_);
   }
 
  private:
   void spreadFrom(int seed) {
-    pending_ = {seed};
-    while (!pending_.empty()) {
-      const int face = pending_.back();
-      pending_.pop_back();
+    patch_ = {seed};
+    visited_[at(seed)] = true;
+    for (std::size_t i = 0; i < patch_.size(); ++i) {
+      const int face = patch_[i];
       for (int k = 0; k < 3; ++k) {
         crossEdge(face, adjacency_.faceEdges(k, face));
       }
@@ -205,22 +208,36 @@ class FaceSides {
 
   void crossEdge(int face, int edge) {
     for (const int other : adjacency_.edgeFaces[edge]) {
+      if (other == face) {
+        continue;
+      }
       const bool agree = runsUpwards(faces_, adjacency_, edge, face) !=
                          runsUpwards(faces_, adjacency_, edge, other);
-      const int wanted = agree ? sides_[at(face)] : -sides_[at(face)];
-      if (other != face && sides_[at(other)] == 0) {
-        sides_[at(other)] = wanted;
-        pending_.push_back(other);
+      const bool wanted = result_.turned[at(face)] == agree;
+      if (!visited_[at(other)]) {
+        visited_[at(other)] = true;
+        result_.turned[at(other)] = wanted;
+        patch_.push_back(other);
       }
-      consistent_ = consistent_ && (other == face || sides_[at(other)] == wanted);
+      result_.consistent = result_.consistent && result_.turned[at(other)] == wanted;
+    }
+  }
+
+  void keepMajority() {
+    const auto turned = std::count_if(
+        patch_.begin(), patch_.end(), [&](int face) { return result_.turned[at(face)]; });
+    if (2 * turned > std::ssize(patch_)) {
+      for (const int face : patch_) {
+        result_.turned[at(face)] = !result_.turned[at(face)];
+      }
     }
   }
 
   const Eigen::Matrix3Xi& faces_;
   const Adjacency& adjacency_;
-  std::vector<int> sides_;  // 0 unknown, 1 as it is, −1 turned
-  std::vector<int> pending_;
-  bool consistent_ = true;
+  FaceSides result_;
+  std::vector<bool> visited_;
+  std::vector<int> patch_;  // faces connected over edges, in the order of their discovery
 };
 
 /// Gives the label to everything that hangs together with a vertex.
@@ -291,6 +308,31 @@ std::vector<std::vector<int>> boundaryLoops(
   return loops;
 }
 
+std::vector<int> nonManifoldEdges(const Adjacency& adjacency) {
+  std::vector<int> edges;
+  for (int edge = 0; edge < adjacency.numEdges(); ++edge) {
+    if (adjacency.edgeFaces[edge].size() > 2) {
+      edges.push_back(edge);
+    }
+  }
+  return edges;
+}
+
+std::vector<int> nonManifoldVertices(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency) {
+  std::vector<int> vertices;
+  for (int vertex = 0; vertex < adjacency.vertexFaces.numRows(); ++vertex) {
+    const std::size_t count = adjacency.vertexFaces[vertex].size();
+    if (count > 0 && fanSize(faces, adjacency, vertex) != count) {
+      vertices.push_back(vertex);
+    }
+  }
+  return vertices;
+}
+
+FaceSides faceSides(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency) {
+  return FaceSideSearch(faces, adjacency).run();
+}
+
 Components connectedComponents(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency) {
   Components result;
   const int numVertices = adjacency.vertexFaces.numRows();
@@ -311,18 +353,16 @@ Topology topology(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency) {
   Topology result;
   for (int edge = 0; edge < adjacency.numEdges(); ++edge) {
     const std::size_t count = adjacency.edgeFaces[edge].size();
-    result.edgeManifold = result.edgeManifold && count <= 2;
     result.closed = result.closed && count != 1;
     result.oriented = result.oriented && facesAgree(faces, adjacency, edge);
   }
   int usedVertices = 0;
   for (int vertex = 0; vertex < adjacency.vertexFaces.numRows(); ++vertex) {
-    const std::size_t count = adjacency.vertexFaces[vertex].size();
-    usedVertices += count > 0 ? 1 : 0;
-    result.vertexManifold =
-        result.vertexManifold && (count == 0 || fanSize(faces, adjacency, vertex) == count);
+    usedVertices += adjacency.vertexFaces[vertex].empty() ? 0 : 1;
   }
-  result.orientable = result.oriented || FaceSides(faces, adjacency).assign();
+  result.edgeManifold = nonManifoldEdges(adjacency).empty();
+  result.vertexManifold = nonManifoldVertices(faces, adjacency).empty();
+  result.orientable = result.oriented || faceSides(faces, adjacency).consistent;
   result.components = connectedComponents(faces, adjacency).count;
   result.eulerCharacteristic =
       usedVertices - static_cast<int>(adjacency.numEdges()) + static_cast<int>(faces.cols());

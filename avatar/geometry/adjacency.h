@@ -47,6 +47,20 @@ Adjacency buildAdjacency(const Eigen::Matrix3Xi& faces, Eigen::Index numVertices
 std::vector<std::vector<int>> boundaryLoops(
     const Eigen::Matrix3Xi& faces, const Adjacency& adjacency);
 
+/// The edges with more than two faces, ascending.
+std::vector<int> nonManifoldEdges(const Adjacency& adjacency);
+
+/// The vertices whose faces form more than one fan or ring around them, ascending.
+std::vector<int> nonManifoldVertices(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency);
+
+/// Which faces to turn so that neighbours run along their common edge in opposite directions.
+struct FaceSides {
+  std::vector<bool> turned;  ///< F entries; of faces connected over edges, at most half
+  bool consistent = true;    ///< false: some neighbours contradict each other whatever is turned
+};
+
+FaceSides faceSides(const Eigen::Matrix3Xi& faces, const Adjacency& adjacency);
+
 /// Parts connected over shared vertices.
 struct Components {
   int count = 0;  ///< parts with at least one face
