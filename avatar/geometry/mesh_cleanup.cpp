@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstddef>
 #include <functional>
 #include <numeric>
 #include <set>
@@ -90,8 +90,8 @@ class Welder {
     int first = v;
     const int width = 2 * reach_ + 1;
     for (int i = 0; i < width * width * width; ++i) {
-      const SpatialHash::Cell offset(i % width, i / width % width, i / (width * width));
-      const SpatialHash::Cell neighbour = cell + (offset - reach_) + 0.0;
+      const Eigen::Array3i offset(i % width, i / width % width, i / (width * width));
+      const SpatialHash::Cell neighbour = cell + (offset - reach_).cast<double>() + 0.0;
       first = std::min(first, firstIn(neighbour, v));
     }
     return first;
