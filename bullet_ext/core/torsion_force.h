@@ -1,0 +1,87 @@
+#pragma once
+
+#include "bullet_ext/core/cloth_mesh.h"
+#include "bullet_ext/core/signed_angle.h"
+#include "bullet_ext/core/vertex_vectors.h"
+
+#include <Eigen/Core>
+
+/// Torsion springs across the inner edges (SimulCap 4.2.1): moment M = w · (α − α0), α the signed
+/// angle between the normals of the two triangles. Scalar is float or double.
+///
+/// One hinge: x = (x1 x2 x3 x4), 3 × 4 [m], edge e = x2 − x1, wings x3 and x4, triangles
+/// (x1, x2, x3) and (x2, x1, x4) with
+///   N1 = e × (x3 − x1), N2 = (x4 − x1) × e,
+///   α = atan2((N̂1 × N̂2)·ê, N̂1·N̂2) in (−π, π], 0 = flat, positive where the normals part (the edge
+///   is a ridge seen from the side they point to),
+/// and its gradient g_i = ∂α/∂x_i, with t_i = (x_i − x1)·e/|e|²,
+///   g3 = −(|e|/|N1|²) N1,             g4 = −(|e|/|N2|²) N2,
+///   g1 = −(1 − t3) g3 − (1 − t4) g4,  g2 = −t3 g3 − t4 g4.
+/// A rigid motion doesn't change α, so Σ g_i = 0 and Σ x_i × g_i = 0: whatever M is, the forces
+/// F_i = −M g_i keep momentum and angular momentum. In Müller's position based dynamics (2007),
+/// which the paper refers to, the same gradient is q_i / sin α, undefined in the flat state.
+///
+/// α0 is within the same (−π, π], and the moment changes its sign where a hinge passes through its
+/// complete fold: a function of the positions alone can't tell how often cloth went around.
+namespace bullet_ext {
+
+template <typename Scalar>
+using HingeVectors = Eigen::Matrix<Scalar, 3, 4>;
+
+template <typename Scalar>
+struct Hinge {
+  Scalar stiffness;  ///< w [N·m/rad]
+  Scalar restAngle;  ///< α0 [rad]
+  /// 1/h² [1/m²] of the wings' rest altitudes, for the limit of
+  /// ClothMaterial::limitCompressedTorsion; 0 and 0: no limit.
+  Scalar inverseSquaredRestHeights[2];
+};
+
+template <typename Scalar>
+struct HingeAngle {
+  Scalar angle = 0;                   ///< α [rad]
+  HingeVectors<Scalar> gradient;      ///< ∂α/∂x [rad/m]
+  Scalar squaredHeights[2] = {0, 0};  ///< altitudes of x3 and x4 over the edge, squared [m²]
+};
+
+template <typename Scalar>
+HingeAngle<Scalar> hingeAngle(const HingeVectors<Scalar>& x);
+
+/// Change of the gradient [rad/m] for displacements of the vertices [m]: ∂²α/∂x² · displacements.
+template <typename Scalar>
+HingeVectors<Scalar> hingeGradientChange(
+    const HingeVectors<Scalar>& x, const HingeVectors<Scalar>& displacements);
+
+/// E = w/2 · (α − α0)² [J]. The limited moment has no energy; this is the energy without limit.
+template <typename Scalar>
+Scalar hingeEnergy(const HingeVectors<Scalar>& x, const Hinge<Scalar>& hinge);
+
+/// Forces F_i = −M g_i [N].
+template <typename Scalar>
+HingeVectors<Scalar> hingeForces(const HingeVectors<Scalar>& x, const Hinge<Scalar>& hinge);
+
+/// Change of the forces J · displacements [N].
+template <typename Scalar>
+HingeVectors<Scalar> hingeForceChange(
+    const HingeVectors<Scalar>& x,
+    const HingeVectors<Scalar>& displacements,
+    const Hinge<Scalar>& hinge);
+
+/// Energy of all hinges, without limit [J].
+template <typename Scalar>
+Scalar torsionEnergy(const ClothMesh& mesh, ConstVectors<Scalar> positions);
+
+/// Adds every hinge's forces to its four vertices [N]; limited if the material says so.
+template <typename Scalar>
+void addTorsionForces(
+    const ClothMesh& mesh, ConstVectors<Scalar> positions, Vectors<Scalar> forces);
+
+/// Adds the forces' change J · displacements [N] for displacements [m] of the vertices.
+template <typename Scalar>
+void addTorsionForceChange(
+    const ClothMesh& mesh,
+    ConstVectors<Scalar> positions,
+    ConstVectors<Scalar> displacements,
+    Vectors<Scalar> changes);
+
+}  // namespace bullet_ext
