@@ -11,6 +11,12 @@ if(NOT SIMULCAP_CORE_ONLY)
   find_package(CLI11 REQUIRED)
   find_package(spdlog REQUIRED)
   find_package(nlohmann_json REQUIRED)
+  # By hand: Debian's tinygltf comes as a library without a CMake file.
+  find_path(tinygltf_INCLUDE_DIR tiny_gltf.h REQUIRED)
+  find_library(tinygltf_LIBRARY tinygltf REQUIRED)
+  add_library(tinygltf SHARED IMPORTED)
+  set_target_properties(tinygltf PROPERTIES IMPORTED_LOCATION "${tinygltf_LIBRARY}"
+                                            INTERFACE_INCLUDE_DIRECTORIES "${tinygltf_INCLUDE_DIR}")
   # By hand: OpenCV's own CMake file is in Debian's libopencv-dev, which brings 240 packages more.
   find_path(OpenCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
   foreach(module core imgproc imgcodecs)

@@ -1,4 +1,5 @@
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/io/atomic_file.h"
 #include "avatar/motion_clips.h"
 #include "avatar/skinning.h"
 #include "src/commands/body_sheet.h"
@@ -7,7 +8,6 @@
 #include "src/commands/motion_input.h"
 #include "src/output/image_file.h"
 #include "src/output/named_pose.h"
-#include "src/program/atomic_file.h"
 #include "src/program/console.h"
 #include "src/program/machine.h"
 #include "src/program/version.h"
@@ -189,9 +189,9 @@ void demo(const DemoOptions& options, const CommandContext& context) {
   writePng(folder / "details.png", composed(body.details()));
 
   const std::string table = body.measures();
-  writeFileAtomically(folder / "report.html", report(pictures, table));
+  avatar::writeFileAtomically(folder / "report.html", report(pictures, table));
   const nlohmann::json timings = body.timings();
-  writeFileAtomically(folder / "metrics.json", metrics(timings, context).dump(1) + "\n");
+  avatar::writeFileAtomically(folder / "metrics.json", metrics(timings, context).dump(1) + "\n");
 
   context.console.result(table);
   context.console.result(

@@ -1,7 +1,7 @@
 #include "src/output/image_file.h"
 
+#include "avatar/io/atomic_file.h"
 #include "avatar/io/file_error.h"
-#include "src/program/atomic_file.h"
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -30,7 +30,7 @@ void writePng(const std::string& path, const avatar::ColorImage& image) {
   std::vector<unsigned char> bytes;
   if (!cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, 9}))
     throw avatar::FileError(path, "", "the picture could not be encoded as PNG");
-  writeFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  avatar::writeFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 avatar::ColorImage readColorImage(const std::string& path) {

@@ -2,7 +2,7 @@
 // FOLDER/README.md (between its two marks) as scene_fields.h has them. With --check nothing is
 // written; fails when a file differs.
 
-#include "src/program/atomic_file.h"
+#include "avatar/io/atomic_file.h"
 #include "src/scene/scene_documents.h"
 
 #include <cstdio>
@@ -70,7 +70,7 @@ int main(int argc, char** argv) {
       if (check)
         current = isCurrent(document) && current;
       else
-        simulcap::writeFileAtomically(document.path, document.text);
+        avatar::writeFileAtomically(document.path, document.text);
     }
     return current ? 0 : 1;
   } catch (const std::exception& error) {

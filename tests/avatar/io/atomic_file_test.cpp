@@ -1,4 +1,4 @@
-#include "src/program/atomic_file.h"
+#include "avatar/io/atomic_file.h"
 
 #include "avatar/io/file_error.h"
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace simulcap {
+namespace avatar {
 namespace {
 
 namespace fs = std::filesystem;
@@ -52,14 +52,14 @@ TEST_F(AtomicFile, AFolderThatCannotBeMadeIsNamed) {
   try {
     writeFileAtomically(folder_ / "file" / "below.txt", "text");
     FAIL() << "a file was written below a file";
-  } catch (const avatar::FileError& error) {
+  } catch (const FileError& error) {
     EXPECT_NE(std::string(error.what()).find("below.txt"), std::string::npos);
   }
 }
 
 TEST_F(AtomicFile, AFolderIsNotOverwritten) {
-  EXPECT_THROW(writeFileAtomically(folder_, "text"), avatar::FileError);
+  EXPECT_THROW(writeFileAtomically(folder_, "text"), FileError);
 }
 
 }  // namespace
-}  // namespace simulcap
+}  // namespace avatar

@@ -1,4 +1,4 @@
-#include "src/program/atomic_file.h"
+#include "avatar/io/atomic_file.h"
 
 #include "avatar/io/file_error.h"
 
@@ -8,7 +8,7 @@
 #include <system_error>
 #include <unistd.h>
 
-namespace simulcap {
+namespace avatar {
 
 void writeFileAtomically(const std::string& path, std::string_view bytes) {
   namespace fs = std::filesystem;
@@ -17,7 +17,7 @@ void writeFileAtomically(const std::string& path, std::string_view bytes) {
   if (target.has_parent_path())
     fs::create_directories(target.parent_path(), error);
   if (fs::is_directory(target))
-    throw avatar::FileError(path, "", "is a folder; give the name of a file to write");
+    throw FileError(path, "", "is a folder; give the name of a file to write");
 
   const std::string temporary = path + ".tmp" + std::to_string(getpid());
   std::ofstream file(temporary, std::ios::binary);
@@ -28,7 +28,7 @@ void writeFileAtomically(const std::string& path, std::string_view bytes) {
     fs::rename(temporary, target, error);
   if (!file || error) {
     fs::remove(temporary, error);
-    throw avatar::FileError(
+    throw FileError(
         path,
         "",
         "cannot be written (" + std::generic_category().message(reason) +
@@ -36,4 +36,4 @@ void writeFileAtomically(const std::string& path, std::string_view bytes) {
   }
 }
 
-}  // namespace simulcap
+}  // namespace avatar
