@@ -1,0 +1,64 @@
+#include "avatar/avatar_pose.h"
+
+#include "avatar/skinning.h"
+
+namespace avatar {
+namespace {
+
+/// A body model of one shape and no vertices but one: enough to chain the joints.
+BodyModel jointModel(const AvatarBody& body) {
+  const auto numJoints = static_cast<Eigen::Index>(body.parents.size());
+  BodyModel model;
+  model.templateVertices = Eigen::Matrix3Xd::Zero(3, 1);
+  model.shapeDirections.resize(3, 0);
+  model.poseDirections.resize(body.parents.empty() ? 0 : body.parents.size() - 1);
+  model.jointRegressor.resize(numJoints, 1);
+  model.skinningWeights.resize(1, numJoints);
+  model.parents = body.parents;
+  return model;
+}
+
+using SkinningWeights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+Eigen::Matrix3Xd blended(
+    const SkinningWeights& weights,
+    const std::vector<Eigen::Isometry3d>& worldFromBind,
+    const Eigen::Matrix3Xd& points) {
+  Eigen::Matrix3Xd moved = Eigen::Matrix3Xd::Zero(3, points.cols());
+  for (Eigen::Index v = 0; v < points.cols(); ++v) {
+    for (SkinningWeights::InnerIterator it(weights, v); it; ++it) {
+      moved.col(v) += it.value() * (worldFromBind[static_cast<std::size_t>(it.col())] *
+                                    Eigen::Vector3d(points.col(v)));
+    }
+  }
+  return moved;
+}
+
+std::vector<Eigen::Isometry3d> worldFromBind(
+    const AvatarBody& body, const BodyPose& bind, const BodyPose& pose) {
+  std::vector<Eigen::Isometry3d> frames = worldFromJoints(body, pose);
+  const std::vector<Eigen::Isometry3d> bindFrames = worldFromJoints(body, bind);
+  for (std::size_t joint = 0; joint < frames.size(); ++joint) {
+    frames[joint] = frames[joint] * bindFrames[joint].inverse();
+  }
+  return frames;
+}
+
+}  // namespace
+
+std::vector<Eigen::Isometry3d> worldFromJoints(const AvatarBody& body, const BodyPose& pose) {
+  const BodyModel model = jointModel(body);
+  return Skinning(model).pose({model.templateVertices, body.joints}, pose).worldFromJoint;
+}
+
+Eigen::Matrix3Xd posedVertices(const AvatarBody& body, const BodyPose& pose) {
+  return blended(body.skinningWeights, worldFromBind(body, {}, pose), body.mesh.vertices);
+}
+
+Eigen::Matrix3Xd posedVertices(
+    const Garment& garment, const AvatarBody& body, const BodyPose& pose) {
+  return blended(
+      garment.skinningWeights, worldFromBind(body, garment.bindPose, pose), garment.mesh.vertices);
+}
+
+}  // namespace avatar

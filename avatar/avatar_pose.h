@@ -1,0 +1,26 @@
+#pragma once
+
+#include "avatar/body_pose.h"
+#include "avatar/layered_avatar.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace avatar {
+
+/// J rotations and positions of an avatar's joints: each maps the joint's own frame (origin at the
+/// joint, axes of the rest pose) to the world. Joints beyond the pose's values stay at rest. Throws
+/// std::invalid_argument as Skinning::pose().
+std::vector<Eigen::Isometry3d> worldFromJoints(const AvatarBody& body, const BodyPose& pose);
+
+/// The body in a pose as every glTF viewer shows it (no pose blend shapes), 3 × V [m].
+Eigen::Matrix3Xd posedVertices(const AvatarBody& body, const BodyPose& pose);
+
+/// The garment as it follows the body unsimulated, 3 × V [m]: v = Σ_k w_k G_k(pose)
+/// G_k(bindPose)⁻¹ x, so that in its own bind pose it is its mesh.
+Eigen::Matrix3Xd posedVertices(
+    const Garment& garment, const AvatarBody& body, const BodyPose& pose);
+
+}  // namespace avatar

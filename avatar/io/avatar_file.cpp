@@ -1,0 +1,219 @@
+#include "avatar/io/avatar_file.h"
+
+#include "avatar/avatar_body.h"
+#include "avatar/avatar_check.h"
+#include "avatar/avatar_pose.h"
+#include "avatar/io/atomic_file.h"
+#include "avatar/io/avatar_extras.h"
+#include "avatar/io/avatar_glb.h"
+#include "avatar/io/glb_reader.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <optional>
+
+namespace avatar {
+namespace {
+
+using nlohmann::json;
+
+/// 360° in an A-pose about the vertical through the pelvis, the soles on y = 0.
+Motion turntable(const AvatarBody& body) {
+  constexpr int kSteps = 48;
+  constexpr double kSeconds = 6.0;
+  BodyPose pose = aPose();
+  const auto numValues = 3 * static_cast<Eigen::Index>(body.parents.size());
+  pose.jointRotations.conservativeResize(std::min(numValues, pose.jointRotations.size()));
+  pose.jointRotations.head<3>().setZero();
+  const Eigen::Vector3d pelvis = body.joints.col(0);
+  pose.translation = {-pelvis.x(), 0.0, -pelvis.z()};
+  pose.translation.y() -= posedVertices(body, pose).row(1).minCoeff();
+  Motion motion{.framesPerSecond = kSteps / kSeconds, .betas = body.betas, .frames = {}};
+  for (int step = 0; step <= kSteps; ++step) {
+    pose.jointRotations[1] = 2.0 * std::numbers::pi * step / kSteps;
+    motion.frames.push_back(pose);
+  }
+  return motion;
+}
+
+void setExtras(GlbBuilder& builder, int node, const char* key, const json& value) {
+  builder.model.nodes[static_cast<std::size_t>(node)].extras =
+      toGltfValue(json::object({{key, value}}));
+}
+
+std::string avatarBytes(const LayeredAvatar& avatar) {
+  const AvatarBody& body = avatar.body;
+  const std::vector<std::string> names = jointNames(static_cast<int>(body.parents.size()));
+  GlbBuilder builder;
+  const SkeletonNodes skeleton = addSkeleton(builder, body);
+  const int bodyNode = addBodyPart(builder, body, skeleton);
+  setExtras(builder, bodyNode, kBodyExtrasKey, bodyExtras(body, names));
+  for (const Garment& garment : avatar.garments) {
+    const SkinnedPart part{
+        .mesh = &garment.mesh,
+        .weights = &garment.skinningWeights,
+        .bindPose = garment.bindPose,
+        .look = {
+            .name = garment.name,
+            .color = garment.color,
+            .vertexColors = garment.vertexColors,
+            .twoSided = true}};
+    const int node = addSkinnedPart(builder, body, skeleton, part);
+    setExtras(builder, node, kClothExtrasKey, clothExtras(garment));
+  }
+  addSkeletonClip(builder, body, skeleton, turntable(body), "turn");
+  return builder.takeBytes();
+}
+
+/// A part's geometry, whatever it is.
+struct ReadPart {
+  TriangleMesh mesh;
+  Eigen::SparseMatrix<double, Eigen::RowMajor> weights;
+  Eigen::Matrix3Xd vertexColors;
+};
+
+ReadPart readPart(const GlbReader& file, const tinygltf::Node& node) {
+  const tinygltf::Primitive& primitive = file.primitiveOf(node);
+  ReadPart part;
+  part.mesh.vertices = file.vectors(node, primitive, "POSITION");
+  part.mesh.faces = file.faces(node, primitive);
+  const auto numJoints = static_cast<int>(file.skinOf(node).joints.size());
+  part.weights = file.skinningWeights(node, primitive, numJoints);
+  part.vertexColors = file.vectors(node, primitive, "COLOR_0").unaryExpr(&displayFromLinear);
+  return part;
+}
+
+/// Parents from the tree of the joints' nodes.
+std::vector<int> readParents(const GlbReader& file, const std::vector<int>& joints) {
+  std::map<int, int> parentOfNode;
+  for (std::size_t parent = 0; parent < joints.size(); ++parent) {
+    for (const int child : file.node(joints[parent]).children) {
+      parentOfNode[child] = static_cast<int>(parent);
+    }
+  }
+  std::vector<int> parents;
+  parents.reserve(joints.size());
+  for (const int joint : joints) {
+    const auto found = parentOfNode.find(joint);
+    parents.push_back(found == parentOfNode.end() ? -1 : found->second);
+  }
+  return parents;
+}
+
+std::vector<std::string> readJointNames(const GlbReader& file, const std::vector<int>& joints) {
+  std::vector<std::string> names;
+  names.reserve(joints.size());
+  for (const int joint : joints) {
+    names.push_back(file.node(joint).name);
+  }
+  return names;
+}
+
+/// The body is bound at rest: its inverse bind matrices hold the joints and nothing else.
+Eigen::Matrix3Xd readJoints(const GlbReader& file, const tinygltf::Node& node) {
+  const std::vector<Eigen::Matrix4f> matrices = file.inverseBindMatrices(node);
+  Eigen::Matrix3Xd joints(3, std::ssize(matrices));
+  for (std::size_t i = 0; i < matrices.size(); ++i) {
+    Eigen::Matrix4f rest = Eigen::Matrix4f::Identity();
+    rest.topRightCorner<3, 1>() = matrices[i].topRightCorner<3, 1>();
+    if (matrices[i] != rest) {
+      file.fail(
+          node.name + ": inverseBindMatrices",
+          "expected a body bound in its rest pose; write the avatar again with simulcap");
+    }
+    // 0 − x and not −x: a zero must not become −0.
+    joints.col(static_cast<Eigen::Index>(i)) =
+        0.0 - matrices[i].topRightCorner<3, 1>().cast<double>().array();
+  }
+  return joints;
+}
+
+AvatarBody readBody(const GlbReader& file, const tinygltf::Node& node, const json& extras) {
+  const std::vector<int>& joints = file.skinOf(node).joints;
+  ReadPart part = readPart(file, node);
+  AvatarBody body;
+  body.joints = readJoints(file, node);
+  body.parents = readParents(file, joints);
+  readBodyExtras(extras, {file.path(), node.name}, readJointNames(file, joints), body);
+  body.mesh = std::move(part.mesh);
+  body.skinningWeights = part.weights;
+  body.vertexColors = std::move(part.vertexColors);
+  return body;
+}
+
+Garment readGarment(const GlbReader& file, const tinygltf::Node& node, const json& extras) {
+  ReadPart part = readPart(file, node);
+  Garment garment;
+  garment.name = node.name;
+  readClothExtras(extras, {file.path(), node.name}, garment);
+  garment.mesh = std::move(part.mesh);
+  garment.skinningWeights = part.weights;
+  garment.vertexColors = std::move(part.vertexColors);
+  return garment;
+}
+
+/// A garment whose matrices are not its bind pose's would look different in every program.
+void requireBoundAsSaid(
+    const GlbReader& file,
+    const tinygltf::Node& node,
+    const AvatarBody& body,
+    const BodyPose& bindPose) {
+  constexpr float kTolerance = 1e-4F;  // [m] and of rotations; float32 needs 1e-6
+  const std::vector<Eigen::Matrix4f> expected = inverseBindMatrices(body, bindPose);
+  const std::vector<Eigen::Matrix4f> found = file.inverseBindMatrices(node);
+  bool agree = found.size() == expected.size();
+  for (std::size_t i = 0; agree && i < found.size(); ++i) {
+    agree = (found[i] - expected[i]).cwiseAbs().maxCoeff() <= kTolerance;
+  }
+  if (!agree) {
+    file.fail(
+        node.name + ": bind_pose",
+        "doesn't belong to the inverse bind matrices; write the avatar again with simulcap");
+  }
+}
+
+const tinygltf::Node& findBodyNode(const GlbReader& file) {
+  for (int i = 0; i < file.numNodes(); ++i) {
+    if (!file.extras(file.node(i), kBodyExtrasKey).is_null()) {
+      return file.node(i);
+    }
+  }
+  file.fail(
+      kBodyExtrasKey,
+      "missing: this is a glTF, but no avatar of simulcap; make one with \"simulcap dress\", which "
+      "also takes garment meshes");
+}
+
+}  // namespace
+
+void writeAvatar(const std::string& path, const LayeredAvatar& avatar) {
+  requireValid(avatar);
+  writeFileAtomically(path, avatarBytes(asStored(avatar)));
+}
+
+LayeredAvatar readAvatar(const std::string& path) {
+  const GlbReader file(path);
+  const tinygltf::Node& bodyNode = findBodyNode(file);
+  LayeredAvatar avatar;
+  avatar.body = readBody(file, bodyNode, file.extras(bodyNode, kBodyExtrasKey));
+  std::vector<int> garmentNodes;
+  for (int i = 0; i < file.numNodes(); ++i) {
+    const json extras = file.extras(file.node(i), kClothExtrasKey);
+    if (!extras.is_null()) {
+      avatar.garments.push_back(readGarment(file, file.node(i), extras));
+      garmentNodes.push_back(i);
+    }
+  }
+  if (const std::optional<AvatarFlaw> flaw = findFlaw(avatar)) {
+    file.fail(flaw->field, flaw->problem);
+  }
+  for (std::size_t i = 0; i < garmentNodes.size(); ++i) {
+    requireBoundAsSaid(file, file.node(garmentNodes[i]), avatar.body, avatar.garments[i].bindPose);
+  }
+  return avatar;
+}
+
+}  // namespace avatar

@@ -1,0 +1,76 @@
+#pragma once
+
+#include "avatar/io/glb_builder.h"
+#include "avatar/layered_avatar.h"
+#include "avatar/motion.h"
+
+#include <string>
+#include <vector>
+
+namespace avatar {
+
+/// The avatar as a file of float32 holds it: vertices, joints and weights rounded. Storing it again
+/// changes nothing.
+LayeredAvatar asStored(const LayeredAvatar& avatar);
+
+/// A skeleton in a document: one node per joint in the rest pose, children below their parents.
+struct SkeletonNodes {
+  std::vector<int> joints;  ///< J node indices
+};
+
+SkeletonNodes addSkeleton(GlbBuilder& builder, const AvatarBody& body);
+
+/// How a mesh looks and what is drawn of it.
+struct MeshLook {
+  std::string name;
+  Eigen::Vector3d color = Eigen::Vector3d::Ones();  ///< display values
+  Eigen::Matrix3Xd vertexColors;                    ///< 3 × V display values, or empty
+  bool twoSided = false;
+};
+
+/// A mesh with one primitive: positions, normals, faces, colours and a rough material.
+tinygltf::Mesh makeMesh(GlbBuilder& builder, const TriangleMesh& mesh, const MeshLook& look);
+
+/// A skinned mesh as a node of its own in the scene.
+struct SkinnedPart {
+  const TriangleMesh* mesh = nullptr;  ///< in the bind pose
+  const Eigen::SparseMatrix<double, Eigen::RowMajor>* weights = nullptr;
+  BodyPose bindPose;
+  MeshLook look;
+};
+
+/// Returns the node's index.
+int addSkinnedPart(
+    GlbBuilder& builder,
+    const AvatarBody& body,
+    const SkeletonNodes& skeleton,
+    const SkinnedPart& part);
+
+int addBodyPart(GlbBuilder& builder, const AvatarBody& body, const SkeletonNodes& skeleton);
+
+/// Inverse bind matrices, joint by joint: from the mesh in the bind pose to the joint's own frame.
+std::vector<Eigen::Matrix4f> inverseBindMatrices(const AvatarBody& body, const BodyPose& bindPose);
+
+/// A clip of the skeleton: a rotation for every joint that moves and the root's place. Appends it
+/// to the document and returns its index.
+int addSkeletonClip(
+    GlbBuilder& builder,
+    const AvatarBody& body,
+    const SkeletonNodes& skeleton,
+    const Motion& motion,
+    const std::string& name);
+
+/// Appends a channel (a node's property over time, linear between keys) to a clip.
+struct ClipChannel {
+  int node = -1;
+  std::string property;  ///< "rotation", "translation", "weights"
+  int times = -1;        ///< accessor
+  int values = -1;       ///< accessor
+};
+
+void addChannel(tinygltf::Animation& clip, const ClipChannel& channel);
+
+/// Times of a motion's frames as an accessor.
+int addTimes(GlbBuilder& builder, std::size_t count, double framesPerSecond);
+
+}  // namespace avatar
