@@ -1,0 +1,242 @@
+#include "avatar/wardrobe/wardrobe.h"
+
+#include "avatar/avatar_body.h"
+#include "avatar/garment_binding.h"
+#include "avatar/garment_clearance.h"
+#include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/isotropic_remesh.h"
+#include "avatar/geometry/measures.h"
+#include "avatar/wardrobe/dressing_body.h"
+#include "avatar/wardrobe/pattern.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace avatar {
+namespace {
+
+struct PieceRecipe {
+  WardrobePiece piece;
+  GarmentShape (*pattern)(const PatternInput&);
+  bool hasWaistband;
+  Eigen::Vector3d color;  // display values
+};
+
+const std::vector<PieceRecipe>& recipes() {
+  static const std::vector<PieceRecipe> all = {
+      {{"tshirt", "T-shirt with short sleeves", 0.025, 2},
+       tshirtPattern,
+       false,
+       {0.36, 0.52, 0.72}},
+      {{"shirt", "loose long-sleeved shirt", 0.045, 3}, shirtPattern, false, {0.80, 0.78, 0.70}},
+      {{"trousers", "long trousers", 0.025, 0}, trousersPattern, true, {0.25, 0.28, 0.36}},
+      {{"shorts", "shorts above the knee", 0.03, 0}, shortsPattern, true, {0.45, 0.42, 0.34}},
+      {{"skirt", "flared knee-length skirt", 0.02, 1}, skirtPattern, true, {0.62, 0.30, 0.34}},
+      {{"dress", "knee-length dress with cap sleeves", 0.02, 2},
+       dressPattern,
+       false,
+       {0.30, 0.55, 0.48}},
+  };
+  return all;
+}
+
+const PieceRecipe& recipe(const std::string& name) {
+  for (const PieceRecipe& candidate : recipes()) {
+    if (candidate.piece.name == name)
+      return candidate;
+  }
+  std::string known;
+  for (const WardrobePiece& piece : wardrobe())
+    known += (known.empty() ? "" : ", ") + piece.name;
+  throw std::invalid_argument("wardrobe: there is no '" + name + "' (known: " + known + ")");
+}
+
+Eigen::AlignedBox3d roomAround(const DressingBody& body) {
+  Eigen::AlignedBox3d box = boundingBox(body.mesh());
+  const Eigen::Vector3d room = Eigen::Vector3d::Constant(0.3);  // ease and flare [m]
+  return {box.min() - room, box.max() + room};
+}
+
+/// Skin and garments below, as things that a new garment must stay outside of.
+class Underneath {
+ public:
+  Underneath(const DressingBody& body, const std::vector<Garment>& inner) : skin_(body.mesh()) {
+    for (const Garment& garment : inner)
+      layers_.push_back({SignedDistance(garment.mesh), garment.cloth.thickness});
+  }
+
+  /// The mesh moved out of them where it has to be.
+  TriangleMesh cleared(const TriangleMesh& mesh, double thickness) const {
+    constexpr double kLayerReach = 0.04;  // beyond, another layer is none of a vertex's concern [m]
+    std::vector<ClearanceObstacle> obstacles = {{&skin_, thickness}};
+    for (const Layer& layer : layers_)
+      obstacles.push_back({&layer.surface, std::max(thickness, layer.thickness), kLayerReach});
+    return {resolvePenetration(mesh, obstacles).vertices, mesh.faces};
+  }
+
+ private:
+  struct Layer {
+    SignedDistance surface;
+    double thickness;
+  };
+
+  SignedDistance skin_;
+  std::vector<Layer> layers_;
+};
+
+TriangleMesh remeshed(const TriangleMesh& mesh, double edgeLength) {
+  RemeshOptions options;
+  options.targetEdgeLength = edgeLength;
+  options.boundary = BoundaryMode::kResample;
+  options.cornerAngle = std::numbers::pi;  // openings are round
+  options.iterations = 10;
+  return isotropicRemesh(mesh, options).mesh;
+}
+
+std::vector<bool> boundaryVertices(const Adjacency& adjacency, Eigen::Index numVertices) {
+  std::vector<bool> result(static_cast<std::size_t>(numVertices), false);
+  for (int edge = 0; edge < static_cast<int>(adjacency.numEdges()); ++edge) {
+    if (!adjacency.isBoundaryEdge(edge))
+      continue;
+    result[static_cast<std::size_t>(adjacency.edges(0, edge))] = true;
+    result[static_cast<std::size_t>(adjacency.edges(1, edge))] = true;
+  }
+  return result;
+}
+
+/// Fabric has no sharp folds where patterns meet: every vertex moves half way to the mean of its
+/// neighbours (of those on the boundary for boundary vertices), again and again.
+TriangleMesh smoothed(const TriangleMesh& mesh, int rounds) {
+  const Adjacency adjacency = buildAdjacency(mesh.faces, mesh.numVertices());
+  const std::vector<bool> isBoundary = boundaryVertices(adjacency, mesh.numVertices());
+  const auto neighbourMean = [&](const Eigen::Matrix3Xd& vertices, int v) -> Eigen::Vector3d {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (const int neighbour : adjacency.vertexVertices[v]) {
+      if (!isBoundary[static_cast<std::size_t>(v)] ||
+          isBoundary[static_cast<std::size_t>(neighbour)])
+        sum += vertices.col(neighbour).homogeneous();
+    }
+    return sum.hnormalized();
+  };
+  TriangleMesh result = mesh;
+  for (int round = 0; round < rounds; ++round) {
+    const Eigen::Matrix3Xd before = result.vertices;
+    for (int v = 0; v < static_cast<int>(mesh.numVertices()); ++v)
+      result.vertices.col(v) = 0.5 * (before.col(v) + neighbourMean(before, v));
+  }
+  return result;
+}
+
+/// From the drawn surface to the mesh that is worn. It is cleared before its triangles are made, so
+/// that these are good, and once more for the few vertices that came nearer on the way.
+TriangleMesh sewn(
+    const GarmentShape& shape,
+    const Eigen::AlignedBox3d& room,
+    const Underneath& underneath,
+    double edgeLength) {
+  const double thickness = ClothParameters().thickness;
+  constexpr double kReserve = 0.002;  // for what remeshing moves [m]
+  constexpr int kSmoothingRounds = 4;
+  const TriangleMesh drawn = remeshed(shapeSurface(shape, room, 0.4 * edgeLength), edgeLength);
+  const TriangleMesh fitting =
+      underneath.cleared(smoothed(drawn, kSmoothingRounds), thickness + kReserve);
+  return underneath.cleared(remeshed(fitting, edgeLength), thickness);
+}
+
+/// The highest opening: the waist of a skirt, the neckline of a shirt; ascending.
+std::vector<int> topOpening(const TriangleMesh& mesh) {
+  const Adjacency adjacency = buildAdjacency(mesh.faces, mesh.numVertices());
+  std::vector<int> highest;
+  double height = -std::numeric_limits<double>::infinity();
+  for (std::vector<int>& loop : boundaryLoops(mesh.faces, adjacency)) {
+    double sum = 0.0;
+    for (const int v : loop)
+      sum += mesh.vertices(1, v);
+    const double mean = sum / static_cast<double>(loop.size());
+    if (mean > height) {
+      height = mean;
+      highest = std::move(loop);
+    }
+  }
+  std::sort(highest.begin(), highest.end());
+  return highest;
+}
+
+Garment makeGarment(
+    const GarmentOrder& order, const DressingBody& body, const std::vector<Garment>& inner) {
+  const PieceRecipe& made = recipe(order.name);
+  const PatternInput input{body, inner, order.ease.value_or(made.piece.ease)};
+  Garment garment;
+  garment.name = order.name;
+  garment.layer = static_cast<int>(inner.size());
+  garment.bindPose = body.pose;
+  garment.color = made.color;
+  garment.mesh =
+      sewn(made.pattern(input), roomAround(body), Underneath(body, inner), order.edgeLength);
+  garment.mesh.vertices = roundedToFloat(garment.mesh.vertices);
+  garment.skinningWeights = bindToBody(garment.mesh, body.mesh(), body.model->skinningWeights);
+  for (const Garment& below : inner)
+    garment.collideWith.push_back(below.name);
+  // Fabric doesn't stretch: nothing gets farther from its place than it is from what carries it.
+  const std::vector<int> top = topOpening(garment.mesh);
+  constexpr double kSlip = 0.03;  // of a neckline, which nothing fastens [m]
+  garment.maxDistance = edgeDistances(garment.mesh, top);
+  if (made.hasWaistband)
+    garment.pins = top;
+  else
+    garment.maxDistance.array() += kSlip;
+  return garment;
+}
+
+}  // namespace
+
+const std::vector<WardrobePiece>& wardrobe() {
+  static const std::vector<WardrobePiece> pieces = [] {
+    std::vector<WardrobePiece> result;
+    for (const PieceRecipe& entry : recipes())
+      result.push_back(entry.piece);
+    return result;
+  }();
+  return pieces;
+}
+
+const WardrobePiece& wardrobePiece(const std::string& name) {
+  return recipe(name).piece;
+}
+
+void GarmentOrder::validate() const {
+  recipe(name);
+  const auto require = [this](bool holds, const std::string& what) {
+    if (!holds)
+      throw std::invalid_argument("wardrobe: " + name + ": " + what);
+  };
+  require(!ease || (*ease >= 0.005 && *ease <= 0.15), "ease must be 0.005 to 0.15 m");
+  require(edgeLength >= 0.008 && edgeLength <= 0.05, "edgeLength must be 0.008 to 0.05 m");
+}
+
+std::vector<Garment> makeGarments(
+    const BodyModel& model, const Eigen::VectorXd& betas, std::vector<GarmentOrder> orders) {
+  for (const GarmentOrder& order : orders)
+    order.validate();
+  std::stable_sort(orders.begin(), orders.end(), [](const auto& a, const auto& b) {
+    const int rankA = recipe(a.name).piece.rank;
+    const int rankB = recipe(b.name).piece.rank;
+    return rankA != rankB ? rankA < rankB : a.name < b.name;
+  });
+  for (std::size_t i = 1; i < orders.size(); ++i) {
+    if (orders[i].name == orders[i - 1].name)
+      throw std::invalid_argument("wardrobe: '" + orders[i].name + "' is ordered twice");
+  }
+  const DressingBody body = standForDressing(model, betas);
+  std::vector<Garment> garments;
+  garments.reserve(orders.size());
+  for (const GarmentOrder& order : orders)
+    garments.push_back(makeGarment(order, body, garments));
+  return garments;
+}
+
+}  // namespace avatar
