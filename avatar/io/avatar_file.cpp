@@ -64,7 +64,10 @@ std::string avatarBytes(const LayeredAvatar& avatar) {
     const int node = addSkinnedPart(builder, body, skeleton, part);
     setExtras(builder, node, kClothExtrasKey, clothExtras(garment));
   }
-  addSkeletonClip(builder, body, skeleton, turntable(body), "turn");
+  const Motion turn = turntable(body);
+  builder.model.animations.push_back(
+      makeSkeletonClip(builder, body, skeleton, turn, addTimes(builder, turn)));
+  builder.model.animations.back().name = "turn";
   return builder.takeBytes();
 }
 

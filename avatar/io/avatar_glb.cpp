@@ -23,17 +23,6 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> inFloat(
   return weights;
 }
 
-/// Unit normals; vertices without faces get some direction, because glTF has no zero normal.
-Eigen::Matrix3Xf unitNormals(const TriangleMesh& mesh) {
-  Eigen::Matrix3Xd normals = vertexNormals(mesh);
-  for (auto normal : normals.colwise()) {
-    if (normal.isZero(0.0)) {
-      normal = Eigen::Vector3d::UnitY();
-    }
-  }
-  return normals.cast<float>();
-}
-
 int addMaterial(GlbBuilder& builder, const MeshLook& look) {
   const bool paintsVertices = look.vertexColors.cols() > 0;
   tinygltf::Material material;
@@ -50,13 +39,20 @@ int addMaterial(GlbBuilder& builder, const MeshLook& look) {
   return builder.addMaterial(std::move(material));
 }
 
+/// A joint's axis-angle rotation; joints beyond the pose's values are at rest.
+Eigen::Vector3d rotationOf(const BodyPose& pose, Eigen::Index joint) {
+  const bool isPosed = 3 * joint < pose.jointRotations.size();
+  return isPosed ? Eigen::Vector3d(pose.jointRotations.segment<3>(3 * joint))
+                 : Eigen::Vector3d::Zero();
+}
+
 Eigen::Matrix4Xf quaternions(const Motion& motion, Eigen::Index joint) {
   Eigen::Matrix4Xf keys(4, std::ssize(motion.frames));
   Eigen::Vector4d last = Eigen::Vector4d::UnitW();
   for (Eigen::Index i = 0; i < keys.cols(); ++i) {
-    const Eigen::VectorXd& pose = motion.frames[static_cast<std::size_t>(i)].jointRotations;
+    const BodyPose& pose = motion.frames[static_cast<std::size_t>(i)];
     Eigen::Vector4d key =
-        Eigen::Quaterniond(rotationMatrix(pose.segment<3>(3 * joint))).normalized().coeffs();
+        Eigen::Quaterniond(rotationMatrix(rotationOf(pose, joint))).normalized().coeffs();
     // q and −q are one rotation; between them viewers take the short way only if they are near.
     key *= key.dot(last) < 0.0 ? -1.0 : 1.0;
     keys.col(i) = key.cast<float>();
@@ -67,12 +63,21 @@ Eigen::Matrix4Xf quaternions(const Motion& motion, Eigen::Index joint) {
 
 bool moves(const Motion& motion, Eigen::Index joint) {
   return std::any_of(motion.frames.begin(), motion.frames.end(), [&](const BodyPose& pose) {
-    return 3 * joint < pose.jointRotations.size() &&
-           !pose.jointRotations.segment<3>(3 * joint).isZero(0.0);
+    return !rotationOf(pose, joint).isZero(0.0);
   });
 }
 
 }  // namespace
+
+Eigen::Matrix3Xf unitNormals(const TriangleMesh& mesh) {
+  Eigen::Matrix3Xd normals = vertexNormals(mesh);
+  for (auto normal : normals.colwise()) {
+    if (normal.isZero(0.0)) {
+      normal = Eigen::Vector3d::UnitY();
+    }
+  }
+  return normals.cast<float>();
+}
 
 LayeredAvatar asStored(const LayeredAvatar& avatar) {
   LayeredAvatar stored = avatar;
@@ -186,23 +191,21 @@ void addChannel(tinygltf::Animation& clip, const ClipChannel& channel) {
   clip.channels.push_back(std::move(target));
 }
 
-int addTimes(GlbBuilder& builder, std::size_t count, double framesPerSecond) {
-  Eigen::RowVectorXf times(static_cast<Eigen::Index>(count));
+int addTimes(GlbBuilder& builder, const Motion& motion) {
+  Eigen::RowVectorXf times(std::ssize(motion.frames));
   for (Eigen::Index i = 0; i < times.size(); ++i) {
-    times[i] = static_cast<float>(static_cast<double>(i) / framesPerSecond);
+    times[i] = static_cast<float>(static_cast<double>(i) / motion.framesPerSecond);
   }
   return builder.addVectors(times, Use::kOther, true);
 }
 
-int addSkeletonClip(
+tinygltf::Animation makeSkeletonClip(
     GlbBuilder& builder,
     const AvatarBody& body,
     const SkeletonNodes& skeleton,
     const Motion& motion,
-    const std::string& name) {
+    int times) {
   tinygltf::Animation clip;
-  clip.name = name;
-  const int times = addTimes(builder, motion.frames.size(), motion.framesPerSecond);
   for (std::size_t joint = 0; joint < skeleton.joints.size(); ++joint) {
     const auto j = static_cast<Eigen::Index>(joint);
     if (moves(motion, j)) {
@@ -217,8 +220,7 @@ int addSkeletonClip(
   }
   const int keys = builder.addVectors(places, Use::kOther, false);
   addChannel(clip, {skeleton.joints[0], "translation", times, keys});
-  builder.model.animations.push_back(std::move(clip));
-  return static_cast<int>(builder.model.animations.size()) - 1;
+  return clip;
 }
 
 }  // namespace avatar

@@ -28,6 +28,9 @@ struct MeshLook {
   bool twoSided = false;
 };
 
+/// Unit normals; vertices without faces get some direction, because glTF has no zero normal.
+Eigen::Matrix3Xf unitNormals(const TriangleMesh& mesh);
+
 /// A mesh with one primitive: positions, normals, faces, colours and a rough material.
 tinygltf::Mesh makeMesh(GlbBuilder& builder, const TriangleMesh& mesh, const MeshLook& look);
 
@@ -51,16 +54,19 @@ int addBodyPart(GlbBuilder& builder, const AvatarBody& body, const SkeletonNodes
 /// Inverse bind matrices, joint by joint: from the mesh in the bind pose to the joint's own frame.
 std::vector<Eigen::Matrix4f> inverseBindMatrices(const AvatarBody& body, const BodyPose& bindPose);
 
-/// A clip of the skeleton: a rotation for every joint that moves and the root's place. Appends it
-/// to the document and returns its index.
-int addSkeletonClip(
+/// Times of a motion's frames as an accessor.
+int addTimes(GlbBuilder& builder, const Motion& motion);
+
+/// A clip of the skeleton: a rotation for every joint that moves and the root's place, linear
+/// between the frames at `times`.
+tinygltf::Animation makeSkeletonClip(
     GlbBuilder& builder,
     const AvatarBody& body,
     const SkeletonNodes& skeleton,
     const Motion& motion,
-    const std::string& name);
+    int times);
 
-/// Appends a channel (a node's property over time, linear between keys) to a clip.
+/// A node's property over time, linear between the keys.
 struct ClipChannel {
   int node = -1;
   std::string property;  ///< "rotation", "translation", "weights"
@@ -69,8 +75,5 @@ struct ClipChannel {
 };
 
 void addChannel(tinygltf::Animation& clip, const ClipChannel& channel);
-
-/// Times of a motion's frames as an accessor.
-int addTimes(GlbBuilder& builder, std::size_t count, double framesPerSecond);
 
 }  // namespace avatar

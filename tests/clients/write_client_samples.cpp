@@ -1,6 +1,8 @@
 // write_client_samples FOLDER: what simulcap writes, small, for other people's programs to read.
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/io/avatar_file.h"
+#include "avatar/io/performance_file.h"
+#include "avatar/motion_clips.h"
 #include "tests/support/sample_avatar.h"
 
 #include <iostream>
@@ -13,7 +15,12 @@ int main(int argc, char** argv) {
   }
   const std::string folder = argv[1];
   const Eigen::VectorXd& betas = avatar::bodyPresets().front().betas;
-  avatar::writeAvatar(
-      folder + "/avatar.glb", avatar::test::dressedAvatar(avatar::defaultBody(), betas));
+  const avatar::LayeredAvatar dressed = avatar::test::dressedAvatar(avatar::defaultBody(), betas);
+  avatar::writeAvatar(folder + "/avatar.glb", dressed);
+  const avatar::Motion motion = avatar::makeClip("walk", {.framesPerSecond = 10.0});
+  avatar::writePerformanceGlb(
+      folder + "/performance.glb", dressed, motion, [&](std::size_t garment, std::size_t frame) {
+        return avatar::posedVertices(dressed.garments[garment], dressed.body, motion.frames[frame]);
+      });
   return 0;
 }
