@@ -4,36 +4,85 @@
 
 #include <cerrno>
 #include <filesystem>
-#include <fstream>
+#include <stdexcept>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 namespace avatar {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
 
 void writeFileAtomically(const std::string& path, std::string_view bytes) {
-  namespace fs = std::filesystem;
-  const fs::path target(path);
-  std::error_code error;
-  if (target.has_parent_path())
-    fs::create_directories(target.parent_path(), error);
-  if (fs::is_directory(target))
-    throw FileError(path, "", "is a folder; give the name of a file to write");
+  AtomicFileWriter file(path);
+  file.append(bytes);
+  file.commit();
+}
 
-  const std::string temporary = path + ".tmp" + std::to_string(getpid());
-  std::ofstream file(temporary, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  const int reason = errno;
-  if (file)
-    fs::rename(temporary, target, error);
-  if (!file || error) {
-    fs::remove(temporary, error);
-    throw FileError(
-        path,
-        "",
-        "cannot be written (" + std::generic_category().message(reason) +
-            "); choose a folder you may write to");
-  }
+AtomicFileWriter::AtomicFileWriter(std::string path)
+    : path_(std::move(path)), temporary_(path_ + ".tmp" + std::to_string(getpid())) {
+  const fs::path target(path_);
+  std::error_code ignored;
+  if (target.has_parent_path())
+    fs::create_directories(target.parent_path(), ignored);
+  if (fs::is_directory(target, ignored))
+    throw FileError(path_, "", "is a folder; give the name of a file to write");
+  file_.reset(std::fopen(temporary_.c_str(), "wb"));
+  if (!file_)
+    fail(errno);
+}
+
+AtomicFileWriter::~AtomicFileWriter() {
+  if (!file_)
+    return;
+  file_.reset();
+  std::error_code ignored;
+  fs::remove(temporary_, ignored);
+}
+
+void AtomicFileWriter::append(std::string_view bytes) {
+  write(bytes);
+}
+
+void AtomicFileWriter::overwrite(long offset, std::string_view bytes) {
+  if (file_ && std::fseek(file_.get(), offset, SEEK_SET) != 0)
+    fail(errno);
+  write(bytes);
+  if (std::fseek(file_.get(), 0, SEEK_END) != 0)
+    fail(errno);
+}
+
+void AtomicFileWriter::commit() {
+  if (!file_)
+    throw std::invalid_argument("AtomicFileWriter: " + path_ + " has been written already");
+  // Closing writes what is still in memory, so that a full disk may show only now.
+  if (std::fclose(file_.release()) != 0)
+    fail(errno);
+  std::error_code error;
+  fs::rename(temporary_, path_, error);
+  if (error)
+    fail(error.value());
+}
+
+void AtomicFileWriter::write(std::string_view bytes) {
+  if (!file_)
+    throw std::invalid_argument("AtomicFileWriter: " + path_ + " has been written already");
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size())
+    fail(errno);
+}
+
+void AtomicFileWriter::fail(int reason) {
+  file_.reset();
+  std::error_code ignored;
+  fs::remove(temporary_, ignored);
+  throw FileError(
+      path_,
+      "",
+      "cannot be written (" + std::generic_category().message(reason) +
+          "); choose a folder you may write to");
 }
 
 }  // namespace avatar

@@ -437,12 +437,15 @@ TextItems ucs4Items(const NpyArray& array) {
   return result;
 }
 
-std::vector<std::uint8_t> headerBytes(const std::string& descr, const std::string& shapeText) {
+std::vector<std::uint8_t> headerBytes(
+    const std::string& descr, const std::string& shapeText, std::size_t minBytes = 0) {
   // numpy aligns the data to 64 bytes and ends the header with a newline.
   constexpr std::size_t kAlignment = 64;
   std::string text =
       "{'descr': '" + descr + "', 'fortran_order': False, 'shape': " + shapeText + ", }";
   text.append(kAlignment - (10 + text.size() + 1) % kAlignment, ' ');
+  while (10 + text.size() + 1 < minBytes)
+    text.append(kAlignment, ' ');
   text += '\n';
   std::vector<std::uint8_t> bytes = {0x93, 'N', 'U', 'M', 'P', 'Y', 1, 0};
   bytes.push_back(static_cast<std::uint8_t>(text.size() & 0xFF));
@@ -464,14 +467,23 @@ std::vector<std::uint8_t> formatNpy(const NpyArray& array) {
     file.insert(file.end(), items.bytes.begin(), items.bytes.end());
     return file;
   }
-  const TypeInfo& info = numberInfo(array.type);
-  if (array.size() * info.itemSize != static_cast<std::int64_t>(array.bytes.size())) {
+  if (array.size() * numberInfo(array.type).itemSize !=
+      static_cast<std::int64_t>(array.bytes.size())) {
     throw std::invalid_argument("NpyArray: bytes don't fit the shape " + array.shapeText());
   }
-  const std::string order = info.itemSize == 1 ? "|" : "<";
-  auto file = headerBytes(order + std::string(info.code), array.shapeText());
+  auto file = formatNpyHeader(array);
   file.insert(file.end(), array.bytes.begin(), array.bytes.end());
   return file;
+}
+
+std::size_t itemBytes(NpyArray::Type type) {
+  return static_cast<std::size_t>(numberInfo(type).itemSize);
+}
+
+std::vector<std::uint8_t> formatNpyHeader(const NpyArray& array, std::size_t minBytes) {
+  const TypeInfo& info = numberInfo(array.type);
+  const std::string order = info.itemSize == 1 ? "|" : "<";
+  return headerBytes(order + std::string(info.code), array.shapeText(), minBytes);
 }
 
 }  // namespace avatar

@@ -21,4 +21,11 @@ NpyArray parseNpy(const std::vector<std::uint8_t>& file);
 /// Throws std::invalid_argument when the array's bytes don't fit its shape.
 std::vector<std::uint8_t> formatNpy(const NpyArray& array);
 
+/// Bytes per element. Throws std::invalid_argument for text.
+std::size_t itemBytes(NpyArray::Type type);
+
+/// The part of formatNpy() before the data, from the array's type (no text) and shape alone, padded
+/// to a multiple of 64 bytes and to `minBytes` at least.
+std::vector<std::uint8_t> formatNpyHeader(const NpyArray& array, std::size_t minBytes = 0);
+
 }  // namespace avatar

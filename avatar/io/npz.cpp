@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <stdexcept>
 #include <string_view>
+#include <utility>
 
 namespace avatar {
 namespace {
@@ -163,25 +165,45 @@ NpzArrays readNpzFromMemory(
 
 namespace {
 
-/// `bytes` must outlive the archive: libzip compresses when it is closed.
+/// libzip itself writes under a temporary name beside `path` and renames when it closes.
+Archive createArchive(const std::string& path) {
+  int code = 0;
+  Archive archive(zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code));
+  if (!archive) {
+    throw FileError(path, "", "can't be written: " + ZipError(code).text());
+  }
+  return archive;
+}
+
+/// Takes the source over, which is read when the archive is closed; nullptr when it couldn't be
+/// made.
 void addEntry(
     zip_t* archive,
     const std::string& path,
     const std::string& key,
-    const std::vector<std::uint8_t>& bytes) {
+    zip_source_t* source,
+    bool deflate) {
   // 1980-01-01 00:00, the zip format's zero: the clock must not get into the bytes.
   constexpr zip_uint16_t kDosTime = 0;
   constexpr zip_uint16_t kDosDate = (1 << 5) | 1;
   const std::string name = key + ".npy";
-  zip_source_t* source = zip_source_buffer(archive, bytes.data(), bytes.size(), 0);
   const zip_int64_t index =
       source == nullptr ? -1 : zip_file_add(archive, name.c_str(), source, ZIP_FL_ENC_UTF_8);
   if (index < 0) {
     zip_source_free(source);
     throw FileError(path, key, std::string("can't be written: ") + zip_strerror(archive));
   }
-  zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_DEFLATE, 0);
-  zip_file_set_dostime(archive, static_cast<zip_uint64_t>(index), kDosTime, kDosDate, 0);
+  const auto entry = static_cast<zip_uint64_t>(index);
+  zip_set_file_compression(archive, entry, deflate ? ZIP_CM_DEFLATE : ZIP_CM_STORE, 0);
+  zip_file_set_dostime(archive, entry, kDosTime, kDosDate, 0);
+}
+
+void closeArchive(Archive archive, const std::string& path) {
+  if (zip_close(archive.get()) != 0) {
+    throw FileError(path, "", std::string("can't be written: ") + zip_strerror(archive.get()));
+  }
+  // zip_close has freed the archive.
+  static_cast<void>(archive.release());
 }
 
 }  // namespace
@@ -190,23 +212,28 @@ void writeNpz(const std::string& path, const NpzArrays& arrays) {
   if (arrays.empty()) {
     throw std::invalid_argument("writeNpz: no arrays to write to " + path);
   }
+  // Outlives the archive's closing, when libzip reads it.
   std::vector<std::vector<std::uint8_t>> files;
   files.reserve(arrays.size());
-  int code = 0;
-  // libzip itself writes under a temporary name beside `path` and renames when it closes.
-  Archive archive(zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code));
-  if (!archive) {
-    throw FileError(path, "", "can't be written: " + ZipError(code).text());
-  }
+  Archive archive = createArchive(path);
   for (const auto& [key, array] : arrays) {
-    files.push_back(formatNpy(array));
-    addEntry(archive.get(), path, key, files.back());
+    const std::vector<std::uint8_t>& file = files.emplace_back(formatNpy(array));
+    zip_source_t* source = zip_source_buffer(archive.get(), file.data(), file.size(), 0);
+    addEntry(archive.get(), path, key, source, true);
   }
-  if (zip_close(archive.get()) != 0) {
-    throw FileError(path, "", std::string("can't be written: ") + zip_strerror(archive.get()));
+  closeArchive(std::move(archive), path);
+}
+
+void writeNpzFromFiles(const std::string& path, const std::map<std::string, NpyFile>& files) {
+  if (files.empty()) {
+    throw std::invalid_argument("writeNpzFromFiles: no arrays to write to " + path);
   }
-  // zip_close has freed the archive.
-  static_cast<void>(archive.release());
+  Archive archive = createArchive(path);
+  for (const auto& [key, file] : files) {
+    zip_source_t* source = zip_source_file(archive.get(), file.path.c_str(), 0, -1);
+    addEntry(archive.get(), path, key, source, file.deflate);
+  }
+  closeArchive(std::move(archive), path);
 }
 
 }  // namespace avatar

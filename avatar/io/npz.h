@@ -66,4 +66,14 @@ NpzArrays readNpzFromMemory(
 /// when an array's bytes don't fit its shape or there is no array.
 void writeNpz(const std::string& path, const NpzArrays& arrays);
 
+/// A .npy file that becomes an array of an .npz.
+struct NpyFile {
+  std::string path;
+  bool deflate = true;  ///< false: stored as it is, for floats whose digits are noise anyway
+};
+
+/// writeNpz() for arrays that are .npy files already (NpyFileWriter), key → file: in constant
+/// memory, however large they are. Throws as writeNpz().
+void writeNpzFromFiles(const std::string& path, const std::map<std::string, NpyFile>& files);
+
 }  // namespace avatar

@@ -61,5 +61,26 @@ TEST_F(AtomicFile, AFolderIsNotOverwritten) {
   EXPECT_THROW(writeFileAtomically(folder_, "text"), FileError);
 }
 
+TEST_F(AtomicFile, GrowsPieceByPieceUnderATemporaryName) {
+  AtomicFileWriter file(folder_ / "file.bin");
+  file.append("0123");
+  file.append("4567");
+  file.overwrite(2, "ab");
+  file.append("89");
+  EXPECT_FALSE(fs::exists(folder_ / "file.bin"));
+  file.commit();
+  EXPECT_EQ(contents(folder_ / "file.bin"), "01ab456789");
+  EXPECT_THROW(file.append("x"), std::invalid_argument);
+  EXPECT_THROW(file.commit(), std::invalid_argument);
+}
+
+TEST_F(AtomicFile, LeavesNothingWhenItIsNotCommitted) {
+  {
+    AtomicFileWriter file(folder_ / "file.bin");
+    file.append("0123");
+  }
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
 }  // namespace
 }  // namespace avatar

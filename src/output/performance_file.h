@@ -1,0 +1,87 @@
+#pragma once
+
+#include "avatar/body_pose.h"
+#include "avatar/io/npy_file_writer.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace simulcap {
+
+/// What is the same in every frame of a performance.
+struct PerformanceLayout {
+  struct Garment {
+    std::string name;  ///< letters, digits, _ and -; unique
+    int numVertices = 0;
+  };
+
+  double framesPerSecond = 30.0;
+  Eigen::VectorXd betas;  ///< shape of the body; may be empty
+  std::vector<Garment> garments;
+};
+
+struct PerformanceFrame {
+  struct Garment {
+    Eigen::Matrix3Xf vertices;             ///< 3 × numVertices [m], in the world
+    std::vector<std::uint8_t> provenance;  ///< numVertices: 0 simulated … 255 fitted to depth
+  };
+
+  avatar::BodyPose pose;          ///< 24 joints
+  std::vector<Garment> garments;  ///< in the layout's order
+};
+
+enum class PerformanceStart {
+  kNew,      ///< drops what an interrupted run has left
+  kContinue  ///< goes on after its last whole frame; starts anew when there is nothing
+};
+
+/// Writes performance.npz frame by frame: AMASS's keys (poses, trans, betas, mocap_framerate,
+/// up_axis) with garment_<name> (T, V, 3) float32 and provenance_<name> (T, V) uint8. Memory
+/// doesn't grow with the frames.
+///
+/// Until finish() the arrays lie in the folder PATH.parts; the file appears at its end, whole, and
+/// the folder goes. A run that ends before leaves the folder, with every frame that was appended,
+/// for one with kContinue, which comes to the same bytes as one that was never interrupted.
+class PerformanceWriter {
+ public:
+  /// Throws std::invalid_argument for a layout that can't be, avatar::FileError when the folder
+  /// can't be written or, with kContinue, holds a performance of another layout.
+  PerformanceWriter(
+      std::string path, PerformanceLayout layout, PerformanceStart start = PerformanceStart::kNew);
+
+  /// Throws std::invalid_argument for a frame that doesn't fit the layout or isn't finite,
+  /// avatar::FileError when the disk is full.
+  void append(const PerformanceFrame& frame);
+
+  /// Frames so far, those of the run that is continued included.
+  std::int64_t numFrames() const { return numFrames_; }
+
+  /// Throws std::invalid_argument when there is no frame, avatar::FileError.
+  void finish();
+
+ private:
+  struct Part {
+    std::string key;  ///< in the .npz
+    avatar::NpyRows rows;
+  };
+
+  std::vector<Part> parts() const;
+  avatar::NpzArrays constants() const;
+  std::string partPath(const std::string& key) const;
+  void begin();
+  /// False when there is nothing to go on from.
+  bool resume();
+  void requireSameLayout() const;
+  void requireFits(const PerformanceFrame& frame) const;
+
+  std::string path_;
+  std::string folder_;
+  PerformanceLayout layout_;
+  std::vector<avatar::NpyFileWriter> files_;  ///< as parts()
+  std::int64_t numFrames_ = 0;
+};
+
+}  // namespace simulcap
