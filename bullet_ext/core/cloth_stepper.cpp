@@ -3,6 +3,7 @@
 #include "bullet_ext/core/spring_force.h"
 #include "bullet_ext/core/torsion_force.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -15,6 +16,22 @@ void requireSize(const ClothMesh& mesh, const ClothState& state) {
       state.velocities.cols() != mesh.numVertices()) {
     throw std::invalid_argument("ClothStepper: the state is of another mesh");
   }
+}
+
+/// Equal numbers of vertices, whole groups of lanes.
+std::vector<WideCloth> splitIntoDomains(const ClothMesh& mesh, int threads) {
+  constexpr Eigen::Index kSmallest =
+      512;  // below, the halo and the meeting cost more than they win
+  const Eigen::Index count = std::clamp<Eigen::Index>(mesh.numVertices() / kSmallest, 1, threads);
+  const auto border = [&](Eigen::Index i) {
+    const Eigen::Index even = mesh.numVertices() * i / count;
+    return i == count ? even : even / kWideLanes * kWideLanes;
+  };
+  std::vector<WideCloth> domains;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    domains.emplace_back(mesh, VertexRange{border(i), border(i + 1)});
+  }
+  return domains;
 }
 
 }  // namespace
@@ -38,8 +55,26 @@ SubstepOptions substepFor(const ClothMaterial& material) {
   return {.dampingMode = material.dampingMode, .damping = material.damping};
 }
 
-ClothStepper::ClothStepper(ClothMesh mesh) : mesh_(std::move(mesh)) {
+void StepperOptions::validate() const {
+  if (threads < 1 || threads > 64) {
+    throw std::invalid_argument("StepperOptions: threads must be within [1, 64]");
+  }
+  if (kernels == ClothKernels::kWide && !wideKernelsSupported()) {
+    throw std::invalid_argument("StepperOptions: this processor has no AVX2 and FMA for kWide");
+  }
+}
+
+ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options)
+    : mesh_(std::move(mesh)), forces_(Eigen::Matrix4Xf::Zero(4, mesh_.numVertices())) {
+  options.validate();
   setSubstep(substepFor(mesh_.material));
+  if (options.kernels != ClothKernels::kPortable && wideKernelsSupported()) {
+    domains_ = splitIntoDomains(mesh_, options.threads);
+  }
+  if (domains_.size() > 1) {
+    team_ = std::make_unique<ThreadTeam>(static_cast<int>(domains_.size()));
+    nextPositions_.setZero(4, mesh_.numVertices());
+  }
 }
 
 void ClothStepper::setSubstep(const SubstepOptions& substep) {
@@ -60,19 +95,69 @@ void ClothStepper::addInnerForces(const ClothState& state) {
 
 Eigen::Matrix4Xf ClothStepper::innerForces(const ClothState& state) {
   requireSize(mesh_, state);
-  forces_.setZero(4, mesh_.numVertices());
-  addInnerForces(state);
+  forces_.setZero();
+  if (domains_.empty()) {
+    addInnerForces(state);
+  }
+  for (const WideCloth& domain : domains_) {
+    computeWideForces(
+        domain.domain(), state.positions.data(), mesh_.material.limitCompressedTorsion);
+    domain.addForces(forces_);
+  }
   return forces_;
 }
 
 void ClothStepper::step(ClothState& state, std::span<const ExternalForce* const> externalForces) {
   requireSize(mesh_, state);
-  forces_.setZero(4, mesh_.numVertices());
-  for (const ExternalForce* force : externalForces) {
-    force->addTo(forces_, state, {0, mesh_.numVertices()});
+  if (domains_.empty()) {
+    stepPortable(state, externalForces);
+  } else {
+    stepWide(state, externalForces);
   }
+}
+
+void ClothStepper::addExternalForces(
+    const ClothState& state,
+    std::span<const ExternalForce* const> externalForces,
+    VertexRange range) {
+  forces_.middleCols(range.begin, range.end - range.begin).setZero();
+  for (const ExternalForce* force : externalForces) {
+    force->addTo(forces_, state, range);
+  }
+}
+
+void ClothStepper::stepPortable(
+    ClothState& state, std::span<const ExternalForce* const> externalForces) {
+  addExternalForces(state, externalForces, {0, mesh_.numVertices()});
   addInnerForces(state);
   integrate(state);
+}
+
+void ClothStepper::stepWide(
+    ClothState& state, std::span<const ExternalForce* const> externalForces) {
+  const WideSubstep substep = {
+      .positions = state.positions.data(),
+      .nextPositions = team_ ? nextPositions_.data() : state.positions.data(),
+      .velocities = state.velocities.data(),
+      .externalForces = externalForces.empty() ? nullptr : forces_.data(),
+      .velocityFactors = velocityFactors_.data(),
+      .forceFactors = forceFactors_.data(),
+      .duration = static_cast<float>(substep_.duration),
+      .forwardEuler = substep_.integrator == Integrator::kForwardEuler};
+  const auto stepDomain = [&](int index) {
+    const WideDomain& domain = domains_[static_cast<std::size_t>(index)].domain();
+    if (!externalForces.empty()) {
+      addExternalForces(state, externalForces, {domain.vertexBegin, domain.vertexEnd});
+    }
+    computeWideForces(domain, substep.positions, mesh_.material.limitCompressedTorsion);
+    integrateWide(domain, substep);
+  };
+  if (team_) {
+    team_->run(stepDomain);
+    state.positions.swap(nextPositions_);
+  } else {
+    stepDomain(0);
+  }
 }
 
 void ClothStepper::integrate(ClothState& state) const {

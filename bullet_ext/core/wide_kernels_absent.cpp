@@ -1,0 +1,16 @@
+#include "bullet_ext/core/wide_kernels.h"
+
+#include <stdexcept>
+
+// For processors that the wide kernels aren't written for; wideKernelsSupported() is false there.
+namespace bullet_ext {
+
+void computeWideForces(const WideDomain& /*domain*/, const float* /*positions*/, bool /*limit*/) {
+  throw std::logic_error("computeWideForces: not for this processor");
+}
+
+void integrateWide(const WideDomain& /*domain*/, const WideSubstep& /*substep*/) {
+  throw std::logic_error("integrateWide: not for this processor");
+}
+
+}  // namespace bullet_ext

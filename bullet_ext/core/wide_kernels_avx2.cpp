@@ -1,0 +1,298 @@
+#include "bullet_ext/core/wide_kernels.h"
+
+#include <cstddef>
+#include <immintrin.h>
+
+// Compiled with AVX2 and FMA; nothing but intrinsics and our own functions of internal linkage
+// here.
+namespace bullet_ext {
+namespace {
+
+struct Vector8 {
+  __m256 x, y, z;
+};
+
+struct Vector8W {
+  Vector8 xyz;
+  __m256 w;
+};
+
+__m256 constant(float value) {
+  return _mm256_set1_ps(value);
+}
+
+Vector8 operator-(const Vector8& a, const Vector8& b) {
+  return {_mm256_sub_ps(a.x, b.x), _mm256_sub_ps(a.y, b.y), _mm256_sub_ps(a.z, b.z)};
+}
+
+Vector8 operator*(__m256 s, const Vector8& a) {
+  return {_mm256_mul_ps(s, a.x), _mm256_mul_ps(s, a.y), _mm256_mul_ps(s, a.z)};
+}
+
+/// s a + b
+Vector8 multiplyAdd(__m256 s, const Vector8& a, const Vector8& b) {
+  return {_mm256_fmadd_ps(s, a.x, b.x), _mm256_fmadd_ps(s, a.y, b.y), _mm256_fmadd_ps(s, a.z, b.z)};
+}
+
+/// −(s a + b)
+Vector8 negativeMultiplyAdd(__m256 s, const Vector8& a, const Vector8& b) {
+  return {
+      _mm256_fnmsub_ps(s, a.x, b.x), _mm256_fnmsub_ps(s, a.y, b.y), _mm256_fnmsub_ps(s, a.z, b.z)};
+}
+
+__m256 dot(const Vector8& a, const Vector8& b) {
+  return _mm256_fmadd_ps(a.z, b.z, _mm256_fmadd_ps(a.y, b.y, _mm256_mul_ps(a.x, b.x)));
+}
+
+Vector8 cross(const Vector8& a, const Vector8& b) {
+  return {
+      _mm256_fmsub_ps(a.y, b.z, _mm256_mul_ps(a.z, b.y)),
+      _mm256_fmsub_ps(a.z, b.x, _mm256_mul_ps(a.x, b.z)),
+      _mm256_fmsub_ps(a.x, b.y, _mm256_mul_ps(a.y, b.x))};
+}
+
+/// Eight vectors by their offsets: four times cheaper than gather instructions.
+struct Rows {
+  __m256 xy01, zw01, xy23, zw23;
+};
+
+__m256 loadPair(const float* base, std::int32_t low, std::int32_t high) {
+  return _mm256_insertf128_ps(
+      _mm256_castps128_ps256(_mm_load_ps(base + low)), _mm_load_ps(base + high), 1);
+}
+
+Rows loadRows(const float* base, const std::int32_t* offsets) {
+  const __m256 r0 = loadPair(base, offsets[0], offsets[4]);
+  const __m256 r1 = loadPair(base, offsets[1], offsets[5]);
+  const __m256 r2 = loadPair(base, offsets[2], offsets[6]);
+  const __m256 r3 = loadPair(base, offsets[3], offsets[7]);
+  return {
+      _mm256_unpacklo_ps(r0, r1),
+      _mm256_unpackhi_ps(r0, r1),
+      _mm256_unpacklo_ps(r2, r3),
+      _mm256_unpackhi_ps(r2, r3)};
+}
+
+Vector8 transposed(const Rows& rows) {
+  return {
+      _mm256_shuffle_ps(rows.xy01, rows.xy23, 0x44),
+      _mm256_shuffle_ps(rows.xy01, rows.xy23, 0xEE),
+      _mm256_shuffle_ps(rows.zw01, rows.zw23, 0x44)};
+}
+
+Vector8 loadVectors(const float* base, const std::int32_t* offsets) {
+  return transposed(loadRows(base, offsets));
+}
+
+Vector8W loadVectorsW(const float* base, const std::int32_t* offsets) {
+  const Rows rows = loadRows(base, offsets);
+  return {transposed(rows), _mm256_shuffle_ps(rows.zw01, rows.zw23, 0xEE)};
+}
+
+/// In the order of kVectorSlots.
+void storeVectors(float* to, const Vector8& v, __m256 w) {
+  const __m256 xyLow = _mm256_unpacklo_ps(v.x, v.y);
+  const __m256 xyHigh = _mm256_unpackhi_ps(v.x, v.y);
+  const __m256 zwLow = _mm256_unpacklo_ps(v.z, w);
+  const __m256 zwHigh = _mm256_unpackhi_ps(v.z, w);
+  _mm256_store_ps(to, _mm256_shuffle_ps(xyLow, zwLow, 0x44));
+  _mm256_store_ps(to + 8, _mm256_shuffle_ps(xyLow, zwLow, 0xEE));
+  _mm256_store_ps(to + 16, _mm256_shuffle_ps(xyHigh, zwHigh, 0x44));
+  _mm256_store_ps(to + 24, _mm256_shuffle_ps(xyHigh, zwHigh, 0xEE));
+}
+
+struct Pair8 {
+  __m256 first, second;
+};
+
+__m128 loadTwoPairs(const float* base, std::int32_t low, std::int32_t high) {
+  const __m128d first = _mm_load_sd(reinterpret_cast<const double*>(base + low));
+  return _mm_castpd_ps(_mm_loadh_pd(first, reinterpret_cast<const double*>(base + high)));
+}
+
+Pair8 loadPairs(const float* base, const std::int32_t* offsets) {
+  const __m256 low = _mm256_insertf128_ps(
+      _mm256_castps128_ps256(loadTwoPairs(base, offsets[0], offsets[1])),
+      loadTwoPairs(base, offsets[4], offsets[5]),
+      1);
+  const __m256 high = _mm256_insertf128_ps(
+      _mm256_castps128_ps256(loadTwoPairs(base, offsets[2], offsets[3])),
+      loadTwoPairs(base, offsets[6], offsets[7]),
+      1);
+  return {_mm256_shuffle_ps(low, high, 0x88), _mm256_shuffle_ps(low, high, 0xDD)};
+}
+
+/// In the order of kPairSlots.
+void storePairs(float* to, const Pair8& pairs) {
+  _mm256_store_ps(to, _mm256_unpacklo_ps(pairs.first, pairs.second));
+  _mm256_store_ps(to + 8, _mm256_unpackhi_ps(pairs.first, pairs.second));
+}
+
+/// signedAngle of signed_angle.h.
+__m256 signedAngle(__m256 sine, __m256 cosine) {
+  const __m256 signBit = constant(-0.0F);
+  const __m256 one = constant(1.0F);
+  const __m256 top = _mm256_andnot_ps(signBit, sine);
+  const __m256 bottom = _mm256_add_ps(one, _mm256_andnot_ps(signBit, cosine));
+  const __m256 wide = _mm256_cmp_ps(top, _mm256_mul_ps(constant(0.41421356F), bottom), _CMP_GT_OQ);
+  const __m256 numerator = _mm256_sub_ps(top, _mm256_and_ps(wide, bottom));
+  const __m256 denominator = _mm256_add_ps(bottom, _mm256_and_ps(wide, top));
+  const __m256 x = _mm256_div_ps(numerator, denominator);
+  const __m256 z = _mm256_mul_ps(x, x);
+  __m256 series = _mm256_fmadd_ps(constant(8.05374449538e-2F), z, constant(-1.38776856032e-1F));
+  series = _mm256_fmadd_ps(series, z, constant(1.99777106478e-1F));
+  series = _mm256_fmadd_ps(series, z, constant(-3.33329491539e-1F));
+  const __m256 atan = _mm256_add_ps(
+      _mm256_fmadd_ps(_mm256_mul_ps(x, z), series, x),
+      _mm256_and_ps(wide, constant(0.78539816339744831F)));
+  const __m256 acute = _mm256_add_ps(atan, atan);
+  const __m256 angle =
+      _mm256_blendv_ps(acute, _mm256_sub_ps(constant(3.14159265358979324F), acute), cosine);
+  return _mm256_or_ps(angle, _mm256_and_ps(signBit, sine));
+}
+
+void normalBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
+  const std::int32_t* corners = domain.corners + 24 * block;
+  const Vector8 a = loadVectors(positions, corners);
+  const Vector8 ab = loadVectors(positions, corners + 8) - a;
+  const Vector8 ac = loadVectors(positions, corners + 16) - a;
+  const Vector8 normal = cross(ab, ac);
+  const __m256 squared = _mm256_max_ps(dot(normal, normal), constant(1e-18F));
+  const __m256 inverse = _mm256_div_ps(constant(1.0F), _mm256_sqrt_ps(squared));
+  storeVectors(domain.normals + 32 * block, inverse * normal, squared);
+}
+
+template <bool kLimited>
+void edgeBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
+  const std::int32_t* ends = domain.edgeEnds + 32 * block;
+  const float* rest = domain.edgeRest + 8 * kEdgeRestRows * block;
+  const __m256 one = constant(1.0F);
+  const Vector8 edge = loadVectors(positions, ends + 8) - loadVectors(positions, ends);
+  const Vector8W normal1 = loadVectorsW(domain.normals, ends + 16);
+  const Vector8W normal2 = loadVectorsW(domain.normals, ends + 24);
+
+  const __m256 squaredLength = _mm256_max_ps(dot(edge, edge), constant(1e-20F));
+  const __m256 inverseLength = _mm256_div_ps(one, _mm256_sqrt_ps(squaredLength));
+  const __m256 spring = _mm256_mul_ps(
+      _mm256_load_ps(rest + 8 * kHalfStiffness),
+      _mm256_fnmadd_ps(_mm256_load_ps(rest + 8 * kRestLength), inverseLength, one));
+
+  const __m256 sine = _mm256_mul_ps(dot(cross(normal1.xyz, normal2.xyz), edge), inverseLength);
+  const __m256 angle = signedAngle(sine, dot(normal1.xyz, normal2.xyz));
+  const __m256 difference = _mm256_sub_ps(angle, _mm256_load_ps(rest + 8 * kRestAngle));
+  __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), difference);
+  if constexpr (kLimited) {
+    const __m256 inverseSquare = _mm256_mul_ps(inverseLength, inverseLength);
+    const __m256 area1 = _mm256_mul_ps(normal1.w, inverseSquare);
+    const __m256 area2 = _mm256_mul_ps(normal2.w, inverseSquare);
+    const __m256 ratio1 = _mm256_mul_ps(area1, _mm256_load_ps(rest + 8 * kInverseSquaredHeight1));
+    const __m256 ratio2 = _mm256_mul_ps(area2, _mm256_load_ps(rest + 8 * kInverseSquaredHeight2));
+    moment = _mm256_mul_ps(moment, _mm256_min_ps(one, _mm256_min_ps(ratio1, ratio2)));
+  }
+  storePairs(domain.edgeStates + 16 * block, {spring, _mm256_mul_ps(moment, inverseLength)});
+}
+
+void cornerBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
+  const std::int32_t* corners = domain.corners + 24 * block;
+  const std::int32_t* edges = domain.cornerEdges + 24 * block;
+  const Vector8 a = loadVectors(positions, corners);
+  const Vector8 b = loadVectors(positions, corners + 8);
+  const Vector8 c = loadVectors(positions, corners + 16);
+  const Vector8 ab = b - a;
+  const Vector8 ac = c - a;
+  const Vector8 bc = c - b;
+  const Pair8 onAb = loadPairs(domain.edgeStates, edges);
+  const Pair8 onBc = loadPairs(domain.edgeStates, edges + 8);
+  const Pair8 onCa = loadPairs(domain.edgeStates, edges + 16);
+
+  const Vector8 normal = cross(ab, ac);
+  const __m256 squared = _mm256_max_ps(dot(normal, normal), constant(1e-18F));
+  const Vector8 direction = _mm256_div_ps(constant(1.0F), squared) * normal;
+  // D, and the differences of μ: p = D_a (μ_ca − μ_ab), q = D_b (μ_ab − μ_bc), r = D_c (μ_bc −
+  // μ_ca).
+  const __m256 dotA = dot(ab, ac);
+  const __m256 dotB = _mm256_xor_ps(constant(-0.0F), dot(ab, bc));
+  const __m256 dotC = dot(ac, bc);
+  const __m256 p = _mm256_mul_ps(dotA, _mm256_sub_ps(onCa.second, onAb.second));
+  const __m256 q = _mm256_mul_ps(dotB, _mm256_sub_ps(onAb.second, onBc.second));
+  const __m256 r = _mm256_mul_ps(dotC, _mm256_sub_ps(onBc.second, onCa.second));
+
+  const Vector8 pullAb = onAb.first * ab;
+  const Vector8 pullBc = onBc.first * bc;
+  const Vector8 onA = multiplyAdd(onCa.first, ac, pullAb);
+  const Vector8 onC = multiplyAdd(onCa.first, ac, pullBc);
+  const __m256 zero = _mm256_setzero_ps();
+  float* forces = domain.cornerForces + 96 * block;
+  storeVectors(forces, multiplyAdd(_mm256_sub_ps(r, q), direction, onA), zero);
+  storeVectors(forces + 32, multiplyAdd(_mm256_sub_ps(p, r), direction, pullBc - pullAb), zero);
+  storeVectors(forces + 64, negativeMultiplyAdd(_mm256_sub_ps(p, q), direction, onC), zero);
+}
+
+template <bool kForwardEuler, bool kExternal>
+void moveVertex(const WideSubstep& substep, std::ptrdiff_t vertex, __m128 force) {
+  if constexpr (kExternal) {
+    force = _mm_add_ps(force, _mm_load_ps(substep.externalForces + 4 * vertex));
+  }
+  const __m128 before = _mm_load_ps(substep.velocities + 4 * vertex);
+  const __m128 kept = _mm_mul_ps(_mm_broadcast_ss(substep.velocityFactors + vertex), before);
+  const __m128 after = _mm_fmadd_ps(_mm_broadcast_ss(substep.forceFactors + vertex), force, kept);
+  const __m128 position = _mm_fmadd_ps(
+      _mm_set1_ps(substep.duration),
+      kForwardEuler ? before : after,
+      _mm_load_ps(substep.positions + 4 * vertex));
+  _mm_store_ps(substep.velocities + 4 * vertex, after);
+  _mm_store_ps(substep.nextPositions + 4 * vertex, position);
+}
+
+/// Sums in the order of the slots, whatever the range.
+__m128 sumSlots(const float* cornerForces, const std::int32_t* slots, std::int32_t count) {
+  __m128 sum = _mm_setzero_ps();
+  for (std::int32_t i = 0; i < count; ++i) {
+    sum = _mm_add_ps(sum, _mm_load_ps(cornerForces + slots[i]));
+  }
+  return sum;
+}
+
+template <bool kForwardEuler, bool kExternal>
+void moveVertices(const WideDomain& domain, const WideSubstep& substep) {
+  const std::int32_t* groupSlots = domain.groupSlots;
+  for (std::int32_t first = domain.vertexBegin; first < domain.vertexEnd; first += kWideLanes) {
+    const std::int32_t* slots = domain.slots + groupSlots[0];
+    const std::int32_t perVertex = (groupSlots[1] - groupSlots[0]) / kWideLanes;
+    ++groupSlots;
+    const std::int32_t left = domain.vertexEnd - first;
+    const std::int32_t end = first + (left < kWideLanes ? left : kWideLanes);
+    for (std::ptrdiff_t v = first; v < end; ++v, slots += perVertex) {
+      const __m128 force = sumSlots(domain.cornerForces, slots, perVertex);
+      moveVertex<kForwardEuler, kExternal>(substep, v, force);
+    }
+  }
+}
+
+}  // namespace
+
+void computeWideForces(const WideDomain& domain, const float* positions, bool limitTorsion) {
+  for (std::ptrdiff_t block = 0; block < domain.normalBlocks; ++block) {
+    normalBlock(domain, positions, block);
+  }
+  const auto edges = limitTorsion ? edgeBlock<true> : edgeBlock<false>;
+  for (std::ptrdiff_t block = 0; block < domain.edgeBlocks; ++block) {
+    edges(domain, positions, block);
+  }
+  for (std::ptrdiff_t block = 0; block < domain.forceBlocks; ++block) {
+    cornerBlock(domain, positions, block);
+  }
+}
+
+void integrateWide(const WideDomain& domain, const WideSubstep& substep) {
+  const bool external = substep.externalForces != nullptr;
+  if (substep.forwardEuler) {
+    external ? moveVertices<true, true>(domain, substep)
+             : moveVertices<true, false>(domain, substep);
+  } else {
+    external ? moveVertices<false, true>(domain, substep)
+             : moveVertices<false, false>(domain, substep);
+  }
+}
+
+}  // namespace bullet_ext
