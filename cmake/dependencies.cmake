@@ -5,6 +5,7 @@ find_package(GTest REQUIRED)
 
 if(NOT SIMULCAP_CORE_ONLY)
   find_package(OpenMesh REQUIRED)
+  find_package(assimp REQUIRED)
   # Through pkg-config: Debian's libzip CMake file wants command-line tools that we don't need.
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(libzip REQUIRED IMPORTED_TARGET libzip)

@@ -1,5 +1,6 @@
 #include "avatar/body_fit.h"
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/io/mesh_file.h"
 #include "avatar/io/motion_file.h"
 #include "avatar/skinning.h"
 #include "src/commands/body_input.h"
@@ -11,7 +12,10 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace simulcap {
 namespace {
@@ -20,6 +24,7 @@ struct FitBodyOptions {
   std::string target;
   std::string output;
   std::string body = "default";
+  std::string unit = "m";
   avatar::BodyFitOptions fit;
 };
 
@@ -47,12 +52,31 @@ std::string betasText(const Eigen::VectorXd& betas) {
   return text;
 }
 
+/// A surface to fit to: a body model's mean shape, which can be measured as well, or a mesh.
+struct Target {
+  std::optional<avatar::BodyModel> model;
+  avatar::TriangleMesh surface;
+};
+
+Target loadTarget(const FitBodyOptions& options, const CommandContext& context) {
+  Target target;
+  if (avatar::isMeshFile(options.target)) {
+    // A scan may have anything inside: distances to it need no proper surface.
+    avatar::MeshFile file = avatar::readMesh(
+        options.target, {.unit = avatar::parseLengthUnit(options.unit), .requireSurface = false});
+    for (const std::string& warning : file.warnings)
+      context.console.warn(options.target + ": " + warning);
+    target.surface = std::move(file.mesh);
+  } else {
+    target.model = avatar::loadBody(options.target);
+    target.surface = {target.model->templateVertices, target.model->faces};
+  }
+  return target;
+}
+
 avatar::BodyFitResult fitted(
-    const avatar::BodyModel& model,
-    const avatar::BodyModel& target,
-    const FitBodyOptions& options) {
-  const avatar::MeshView surface(target.templateVertices, target.faces);
-  avatar::BodyFitResult result = avatar::fitBody(model, surface, options.fit);
+    const avatar::BodyModel& model, const Target& target, const FitBodyOptions& options) {
+  avatar::BodyFitResult result = avatar::fitBody(model, target.surface, options.fit);
   if (result.status == avatar::BodyFitStatus::kFailed)
     throw std::runtime_error(
         options.target + ": the body could not be fitted (" + distanceText(result.distance) +
@@ -62,7 +86,7 @@ avatar::BodyFitResult fitted(
 
 void fitBody(const FitBodyOptions& options, const CommandContext& context) {
   const avatar::BodyModel model = avatar::loadBody(options.body);
-  const avatar::BodyModel target = avatar::loadBody(options.target);
+  const Target target = loadTarget(options, context);
   const avatar::BodyFitResult result = fitted(model, target, options);
   if (result.status == avatar::BodyFitStatus::kMaxIterations)
     context.console.warn("the fit stopped at its iteration limit before it had converged");
@@ -72,12 +96,14 @@ void fitBody(const FitBodyOptions& options, const CommandContext& context) {
   motion.frames = {result.pose};
   avatar::writeMotion(options.output, motion);
 
-  const avatar::Skinning modelSkinning(model);
-  const avatar::Skinning targetSkinning(target);
   context.console.result(distanceText(result.distance) + "\n" + betasText(result.betas) + "\n");
-  context.console.result(measureTable(
-      {measured("target", target, targetSkinning.shape(Eigen::VectorXd())),
-       measured("fit", model, modelSkinning.shape(result.betas))}));
+  std::vector<MeasuredBody> columns;
+  if (target.model) {
+    const avatar::Skinning skinning(*target.model);
+    columns.push_back(measured("target", *target.model, skinning.shape(Eigen::VectorXd())));
+  }
+  columns.push_back(measured("fit", model, avatar::Skinning(model).shape(result.betas)));
+  context.console.result(measureTable(columns));
   context.console.info("wrote " + options.output);
 }
 
@@ -85,9 +111,18 @@ void fitBody(const FitBodyOptions& options, const CommandContext& context) {
 
 void addFitBody(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb = program.add_subcommand(
-      "fit-body", "Shape and pose of a body fitted to another body model's mean shape");
+      "fit-body",
+      "Shape and pose of a body fitted to another body model's mean shape or to a mesh");
   const auto options = std::make_shared<FitBodyOptions>();
-  verb->add_option("TARGET", options->target, "Body model .npz to be fitted to")->required();
+  verb->add_option(
+          "TARGET",
+          options->target,
+          "What is fitted to: a body model .npz, or a mesh .obj, .ply, .stl, .glb that stands "
+          "upright in T-pose, Y up, facing +Z")
+      ->required();
+  verb->add_option("--unit", options->unit, "Unit of a mesh: m, cm or mm")
+      ->check(CLI::IsMember({"m", "cm", "mm"}))
+      ->capture_default_str();
   verb->add_option(
           "-o,--output", options->output, "Fit to write: AMASS-style .npz with one frame and betas")
       ->required();

@@ -1,3 +1,5 @@
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/io/mesh_file.h"
 #include "tests/system/run_program.h"
 
 #include <gtest/gtest.h>
@@ -49,6 +51,19 @@ TEST(FitBody, ABodyFitsItselfAndTheFitCanBeShown) {
   const ProgramRun shown =
       runProgram({"render", "--motion", fit, "--size", "64x64", "-o", folder / "fit.png"});
   EXPECT_EQ(shown.exitCode, 0) << shown.err;
+}
+
+TEST(FitBody, AMeshFileIsATargetToo) {
+  const TemporaryFolder folder;
+  const avatar::BodyModel& body = avatar::defaultBody();
+  const std::string mesh = folder / "scan.obj";
+  avatar::writeObj(mesh, {Eigen::Matrix3Xd(1000.0 * body.templateVertices), body.faces});
+  const ProgramRun wrongUnit = runProgram({"fit-body", mesh, "-o", folder / "fit.npz"});
+  EXPECT_EQ(wrongUnit.exitCode, 1);
+  EXPECT_NE(wrongUnit.err.find("--unit mm"), std::string::npos) << wrongUnit.err;
+  const ProgramRun run = runProgram({"fit-body", mesh, "--unit", "mm", "-o", folder / "fit.npz"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_NE(fileBytes(folder / "fit.npz"), "");
 }
 
 TEST(FitPrior, NeedsAFolderWithClips) {
