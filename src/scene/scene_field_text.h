@@ -46,7 +46,7 @@ inline ChoiceNames<avatar::UpAxis> choiceNames(avatar::UpAxis) {
 }
 
 inline ChoiceNames<avatar::MassMode> choiceNames(avatar::MassMode) {
-  return {{"vertex", avatar::MassMode::kPerVertex}, {"areal", avatar::MassMode::kAreal}};
+  return {{"per_vertex", avatar::MassMode::kPerVertex}, {"areal", avatar::MassMode::kAreal}};
 }
 
 inline ChoiceNames<avatar::DampingMode> choiceNames(avatar::DampingMode) {

@@ -232,7 +232,8 @@ void describe(Visitor& v, Scene& scene) {
       {.minItems = 0,
        .maxItems = 64,
        .defaultWords = "none",
-       .meaning = "Pieces of cloth, inner ones first."});
+       .meaning =
+           "Pieces of cloth, inner ones first; what is worn goes over each other as clothes do."});
   v.field(
       "contact",
       scene.contact,

@@ -2,15 +2,17 @@
 
 // Part of scene_fields.h: cloth.
 
+#include "avatar/wardrobe/wardrobe.h"
 #include "bullet_ext/core/cloth_material.h"
 #include "src/scene/scene_field_text.h"
 
 namespace simulcap {
 
-inline const std::vector<std::string>& wardrobeCuts() {
-  static const std::vector<std::string> kCuts = {
-      "tshirt", "shirt", "trousers", "shorts", "skirt", "dress"};
-  return kCuts;
+inline std::vector<std::string> wardrobeCuts() {
+  std::vector<std::string> cuts;
+  for (const avatar::WardrobePiece& piece : avatar::wardrobe())
+    cuts.push_back(piece.name);
+  return cuts;
 }
 
 /// Edges and corners of a sheet; a tube has the first two.
@@ -35,15 +37,19 @@ void describe(Visitor& v, TailoredGarment& garment) {
       "cut",
       garment.cut,
       {.choices = wardrobeCuts(), .required = true, .meaning = "Which garment."});
+  // The wardrobe's own limits (GarmentOrder).
   v.field(
       "ease",
       garment.ease,
       {.unit = "m",
-       .min = 0.0,
-       .max = 0.5,
+       .min = 0.005,
+       .max = 0.15,
        .defaultWords = "the cut's own",
-       .meaning = "Distance between body and garment where it is cut loose."});
-  describeEdgeLength(v, garment.edgeLength);
+       .meaning = "Room between skin and fabric at chest and hips."});
+  v.field(
+      "edge_length",
+      garment.edgeLength,
+      {.unit = "m", .min = 0.008, .max = 0.05, .meaning = "Mean length of the mesh's edges."});
 }
 
 template <class Visitor>
@@ -157,11 +163,12 @@ void describe(Visitor& v, SceneCloth& cloth) {
   v.field(
       "mass_mode",
       values.massMode,
-      {.meaning = "`vertex`: every vertex weighs the same; `areal`: as the area it stands for."});
+      {.meaning =
+           "`per_vertex`: every vertex weighs the same; `areal`: as the area it stands for."});
   v.field(
       "vertex_mass_kg",
       values.vertexMass,
-      {.unit = "kg", .min = 1e-7, .max = 10.0, .meaning = "Of each vertex, in mode `vertex`."});
+      {.unit = "kg", .min = 1e-7, .max = 10.0, .meaning = "Of each vertex, in mode `per_vertex`."});
   v.field(
       "areal_density_kg_m2",
       values.arealDensity,

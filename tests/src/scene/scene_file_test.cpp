@@ -1,6 +1,7 @@
 #include "src/scene/scene_file.h"
 
 #include "avatar/io/file_error.h"
+#include "avatar/wardrobe/wardrobe.h"
 #include "src/scene/nearest_name.h"
 #include "tests/support/temporary_folder.h"
 
@@ -211,6 +212,17 @@ TEST_F(SceneFile, GarmentsHaveNamesOfTheirOwn) {
   expectError(
       R"({"garments": [{"sheet": {}, "name": "a/b"}]})", "garments[0].name: expected a text like");
   expectError(R"({"garments": [{"sheet": {}, "name": "body"}]})", "garments[0].name: body is");
+}
+
+TEST_F(SceneFile, TheWardrobeTakesEveryOrderThatASceneCanGive) {
+  for (const char* limit : {"0.005, \"edge_length\": 0.008", "0.15, \"edge_length\": 0.05"}) {
+    const Scene scene = read(
+        std::string(R"({"body": {}, "garments": [{"wear": {"cut": "skirt", "ease": )") + limit +
+        "}}]}");
+    const auto& skirt = std::get<TailoredGarment>(scene.garments[0].source);
+    const avatar::GarmentOrder order{skirt.cut, skirt.ease, skirt.edgeLength};
+    EXPECT_NO_THROW(order.validate());
+  }
 }
 
 TEST_F(SceneFile, PinsFitTheirCloth) {
