@@ -58,14 +58,16 @@ bool isColor(const Eigen::Ref<const Eigen::Matrix3Xd>& color) {
 }
 
 void checkMesh(Checker& checker, const TriangleMesh& mesh) {
-  checker.require(mesh.numVertices() > 0 && mesh.numFaces() > 0, "mesh", "has no faces");
+  if (mesh.numVertices() == 0 || mesh.numFaces() == 0) {
+    checker.require(false, "mesh", "has no vertices or no faces");
+    return;
+  }
   checker.require(
       mesh.vertices.allFinite() && mesh.vertices.cwiseAbs().maxCoeff() < 1e3,
       "mesh",
       "a vertex is not finite or more than a kilometre away, expected metres");
   checker.require(
-      mesh.numFaces() == 0 ||
-          (mesh.faces.minCoeff() >= 0 && mesh.faces.maxCoeff() < mesh.numVertices()),
+      mesh.faces.minCoeff() >= 0 && mesh.faces.maxCoeff() < mesh.numVertices(),
       "mesh",
       "a face names a vertex beyond the " + std::to_string(mesh.numVertices()));
 }

@@ -6,6 +6,7 @@
 #include "avatar/io/atomic_file.h"
 #include "avatar/io/avatar_extras.h"
 #include "avatar/io/avatar_glb.h"
+#include "avatar/io/file_error.h"
 #include "avatar/io/glb_reader.h"
 
 #include <nlohmann/json.hpp>
@@ -78,22 +79,18 @@ struct ReadPart {
   Eigen::Matrix3Xd vertexColors;
 };
 
-ReadPart readPart(const GlbReader& file, const tinygltf::Node& node) {
-  const tinygltf::Primitive& primitive = file.primitiveOf(node);
-  ReadPart part;
-  part.mesh.vertices = file.vectors(node, primitive, "POSITION");
-  part.mesh.faces = file.faces(node, primitive);
-  const auto numJoints = static_cast<int>(file.skinOf(node).joints.size());
-  part.weights = file.skinningWeights(node, primitive, numJoints);
-  part.vertexColors = file.vectors(node, primitive, "COLOR_0").unaryExpr(&displayFromLinear);
-  return part;
+ReadPart readPart(const GlbReader& file, int node) {
+  return {
+      {file.vectors(node, "POSITION"), file.faces(node)},
+      file.skinningWeights(node),
+      file.vectors(node, "COLOR_0").unaryExpr(&displayFromLinear)};
 }
 
 /// Parents from the tree of the joints' nodes.
 std::vector<int> readParents(const GlbReader& file, const std::vector<int>& joints) {
   std::map<int, int> parentOfNode;
   for (std::size_t parent = 0; parent < joints.size(); ++parent) {
-    for (const int child : file.node(joints[parent]).children) {
+    for (const int child : file.children(joints[parent])) {
       parentOfNode[child] = static_cast<int>(parent);
     }
   }
@@ -110,13 +107,13 @@ std::vector<std::string> readJointNames(const GlbReader& file, const std::vector
   std::vector<std::string> names;
   names.reserve(joints.size());
   for (const int joint : joints) {
-    names.push_back(file.node(joint).name);
+    names.push_back(file.nodeName(joint));
   }
   return names;
 }
 
 /// The body is bound at rest: its inverse bind matrices hold the joints and nothing else.
-Eigen::Matrix3Xd readJoints(const GlbReader& file, const tinygltf::Node& node) {
+Eigen::Matrix3Xd readJoints(const GlbReader& file, int node) {
   const std::vector<Eigen::Matrix4f> matrices = file.inverseBindMatrices(node);
   Eigen::Matrix3Xd joints(3, std::ssize(matrices));
   for (std::size_t i = 0; i < matrices.size(); ++i) {
@@ -124,7 +121,8 @@ Eigen::Matrix3Xd readJoints(const GlbReader& file, const tinygltf::Node& node) {
     rest.topRightCorner<3, 1>() = matrices[i].topRightCorner<3, 1>();
     if (matrices[i] != rest) {
       file.fail(
-          node.name + ": inverseBindMatrices",
+          node,
+          "inverseBindMatrices",
           "expected a body bound in its rest pose; write the avatar again with simulcap");
     }
     // 0 − x and not −x: a zero must not become −0.
@@ -134,24 +132,24 @@ Eigen::Matrix3Xd readJoints(const GlbReader& file, const tinygltf::Node& node) {
   return joints;
 }
 
-AvatarBody readBody(const GlbReader& file, const tinygltf::Node& node, const json& extras) {
-  const std::vector<int>& joints = file.skinOf(node).joints;
-  ReadPart part = readPart(file, node);
+AvatarBody readBody(const GlbReader& file, int node, const json& extras) {
+  const std::vector<int> joints = file.skinJoints(node);
   AvatarBody body;
   body.joints = readJoints(file, node);
   body.parents = readParents(file, joints);
-  readBodyExtras(extras, {file.path(), node.name}, readJointNames(file, joints), body);
+  readBodyExtras(extras, {file.path(), file.nodeName(node)}, readJointNames(file, joints), body);
+  ReadPart part = readPart(file, node);
   body.mesh = std::move(part.mesh);
   body.skinningWeights = part.weights;
   body.vertexColors = std::move(part.vertexColors);
   return body;
 }
 
-Garment readGarment(const GlbReader& file, const tinygltf::Node& node, const json& extras) {
-  ReadPart part = readPart(file, node);
+Garment readGarment(const GlbReader& file, int node, const json& extras) {
   Garment garment;
-  garment.name = node.name;
-  readClothExtras(extras, {file.path(), node.name}, garment);
+  garment.name = file.nodeName(node);
+  readClothExtras(extras, {file.path(), garment.name}, garment);
+  ReadPart part = readPart(file, node);
   garment.mesh = std::move(part.mesh);
   garment.skinningWeights = part.weights;
   garment.vertexColors = std::move(part.vertexColors);
@@ -160,10 +158,7 @@ Garment readGarment(const GlbReader& file, const tinygltf::Node& node, const jso
 
 /// A garment whose matrices are not its bind pose's would look different in every program.
 void requireBoundAsSaid(
-    const GlbReader& file,
-    const tinygltf::Node& node,
-    const AvatarBody& body,
-    const BodyPose& bindPose) {
+    const GlbReader& file, int node, const AvatarBody& body, const BodyPose& bindPose) {
   constexpr float kTolerance = 1e-4F;  // [m] and of rotations; float32 needs 1e-6
   const std::vector<Eigen::Matrix4f> expected = inverseBindMatrices(body, bindPose);
   const std::vector<Eigen::Matrix4f> found = file.inverseBindMatrices(node);
@@ -173,18 +168,20 @@ void requireBoundAsSaid(
   }
   if (!agree) {
     file.fail(
-        node.name + ": bind_pose",
+        node,
+        "bind_pose",
         "doesn't belong to the inverse bind matrices; write the avatar again with simulcap");
   }
 }
 
-const tinygltf::Node& findBodyNode(const GlbReader& file) {
-  for (int i = 0; i < file.numNodes(); ++i) {
-    if (!file.extras(file.node(i), kBodyExtrasKey).is_null()) {
-      return file.node(i);
+int findBodyNode(const GlbReader& file) {
+  for (int node = 0; node < file.numNodes(); ++node) {
+    if (!file.extras(node, kBodyExtrasKey).is_null()) {
+      return node;
     }
   }
-  file.fail(
+  throw FileError(
+      file.path(),
       kBodyExtrasKey,
       "missing: this is a glTF, but no avatar of simulcap; make one with \"simulcap dress\", which "
       "also takes garment meshes");
@@ -199,22 +196,22 @@ void writeAvatar(const std::string& path, const LayeredAvatar& avatar) {
 
 LayeredAvatar readAvatar(const std::string& path) {
   const GlbReader file(path);
-  const tinygltf::Node& bodyNode = findBodyNode(file);
+  const int bodyNode = findBodyNode(file);
   LayeredAvatar avatar;
   avatar.body = readBody(file, bodyNode, file.extras(bodyNode, kBodyExtrasKey));
   std::vector<int> garmentNodes;
-  for (int i = 0; i < file.numNodes(); ++i) {
-    const json extras = file.extras(file.node(i), kClothExtrasKey);
+  for (int node = 0; node < file.numNodes(); ++node) {
+    const json extras = file.extras(node, kClothExtrasKey);
     if (!extras.is_null()) {
-      avatar.garments.push_back(readGarment(file, file.node(i), extras));
-      garmentNodes.push_back(i);
+      avatar.garments.push_back(readGarment(file, node, extras));
+      garmentNodes.push_back(node);
     }
   }
   if (const std::optional<AvatarFlaw> flaw = findFlaw(avatar)) {
-    file.fail(flaw->field, flaw->problem);
+    throw FileError(path, flaw->field, flaw->problem);
   }
   for (std::size_t i = 0; i < garmentNodes.size(); ++i) {
-    requireBoundAsSaid(file, file.node(garmentNodes[i]), avatar.body, avatar.garments[i].bindPose);
+    requireBoundAsSaid(file, garmentNodes[i], avatar.body, avatar.garments[i].bindPose);
   }
   return avatar;
 }

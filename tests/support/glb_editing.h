@@ -44,7 +44,6 @@ inline nlohmann::json& extras(nlohmann::json& document, const std::string& node,
 struct GlbParts {
   nlohmann::json document;
   std::string buffer;
-  std::string padding;  ///< appended to the JSON text
 
   explicit GlbParts(const std::string& bytes) {
     const std::size_t length = unsignedAt(bytes, 12);
@@ -65,8 +64,10 @@ struct GlbParts {
     std::memcpy(buffer.data() + offset + i * sizeof(value), &value, sizeof(value));
   }
 
-  std::string bytes() const {
-    std::string text = document.dump() + padding;
+  std::string bytes() const { return bytes(document.dump()); }
+
+  /// With this text instead of the document.
+  std::string bytes(std::string text) const {
     text.resize((text.size() + 3) / 4 * 4, ' ');
     std::string file = "glTF............JSON" + text + "....BIN" + std::string(1, '\0') + buffer;
     setUnsigned(file, 4, 2);
