@@ -135,31 +135,7 @@ void describe(Visitor& v, ClothTube& tube) {
 std::string valuePerMaterial(double avatar::ClothParameters::*value);
 
 template <class Visitor>
-void describe(Visitor& v, SceneCloth& cloth) {
-  v.record("cloth", "What the fabric is like: a material, and single values that differ from it.");
-  v.field(
-      "material",
-      cloth.material,
-      {.choices = {bullet_ext::kPaperMaterials.begin(), bullet_ext::kPaperMaterials.end()},
-       .meaning = "Where values that are not named come from."});
-  avatar::ClothParameters& values = cloth.parameters;
-  values = paperCloth(cloth.material);
-  v.field(
-      "stretch_k",
-      values.stretchStiffness,
-      {.unit = "N/m",
-       .min = 0.0,
-       .max = 1e6,
-       .defaultWords = valuePerMaterial(&avatar::ClothParameters::stretchStiffness),
-       .meaning = "Stretching stiffness k, acting on half the length difference."});
-  v.field(
-      "torsion_w",
-      values.torsionStiffness,
-      {.unit = "N·m/rad",
-       .min = 0.0,
-       .max = 1000.0,
-       .defaultWords = valuePerMaterial(&avatar::ClothParameters::torsionStiffness),
-       .meaning = "Bending stiffness w of the angle between neighbouring triangles."});
+void describeMassAndDamping(Visitor& v, avatar::ClothParameters& values) {
   v.field(
       "mass_mode",
       values.massMode,
@@ -185,6 +161,35 @@ void describe(Visitor& v, SceneCloth& cloth) {
        .min = 0.0,
        .max = 1000.0,
        .meaning = "Damping of velocities; without unit and at most 1 in mode `per_substep`."});
+}
+
+template <class Visitor>
+void describe(Visitor& v, SceneCloth& cloth) {
+  v.record("cloth", "What the fabric is like: a material, and single values that differ from it.");
+  v.field(
+      "material",
+      cloth.material,
+      {.choices = {bullet_ext::kPaperMaterials.begin(), bullet_ext::kPaperMaterials.end()},
+       .meaning = "Where values that are not named come from."});
+  avatar::ClothParameters& values = cloth.parameters;
+  values = paperCloth(cloth.material);
+  v.field(
+      "stretch_k",
+      values.stretchStiffness,
+      {.unit = "N/m",
+       .min = 0.0,
+       .max = 1e6,
+       .defaultWords = valuePerMaterial(&avatar::ClothParameters::stretchStiffness),
+       .meaning = "Stretching stiffness k, acting on half the length difference."});
+  v.field(
+      "torsion_w",
+      values.torsionStiffness,
+      {.unit = "N·m/rad",
+       .min = 0.0,
+       .max = 1000.0,
+       .defaultWords = valuePerMaterial(&avatar::ClothParameters::torsionStiffness),
+       .meaning = "Bending stiffness w of the angle between neighbouring triangles."});
+  describeMassAndDamping(v, values);
   v.field(
       "friction",
       values.friction,
