@@ -15,23 +15,38 @@ using Vector = Eigen::Vector3<Scalar>;
 template <typename Scalar>
 constexpr Scalar kSmallestSquaredNormal = Scalar(1e-18);
 
-/// One of a hinge's triangles: the edge e and a = wing − x1. With N = e × a, so that for the second
-/// triangle everything but `foot` has the opposite sign of the header's.
+template <typename Scalar>
+struct Edge {
+  Vector<Scalar> vector;        ///< e = x2 − x1 [m]
+  Scalar length;                ///< |e| [m]
+  Scalar inverseSquaredLength;  ///< 1/|e|² [1/m²]
+
+  explicit Edge(const HingeVectors<Scalar>& x) : vector(x.col(1) - x.col(0)) {
+    const Scalar squared = std::max(vector.squaredNorm(), Scalar(1e-20));
+    length = std::sqrt(squared);
+    inverseSquaredLength = Scalar(1) / squared;
+  }
+};
+
+/// One of a hinge's triangles, by its edge and a = wing − x1. With N = e × a, so that for the
+/// second triangle everything but `foot` has the opposite sign of the header's.
 template <typename Scalar>
 struct Wing {
-  Vector<Scalar> normal;     ///< N [m²]
-  Scalar squaredNormal = 0;  ///< |N|²
-  Vector<Scalar> gradient;   ///< −(|e|/|N|²) N, for the wing
-  Scalar foot = 0;           ///< t: where the altitude's foot is on the edge, 0 at x1, 1 at x2
+  Vector<Scalar> normal;            ///< N [m²]
+  Scalar squaredNormal = 0;         ///< |N|²
+  Scalar inverseSquaredNormal = 0;  ///< 1/|N|²
+  Vector<Scalar> gradient;          ///< −(|e|/|N|²) N, for the wing
+  Scalar foot = 0;                  ///< t: where the altitude's foot is, 0 at x1, 1 at x2
 };
 
 template <typename Scalar>
-Wing<Scalar> wingOf(const Vector<Scalar>& edge, const Vector<Scalar>& a) {
+Wing<Scalar> wingOf(const Edge<Scalar>& edge, const Vector<Scalar>& a) {
   Wing<Scalar> wing;
-  wing.normal = edge.cross(a);
+  wing.normal = edge.vector.cross(a);
   wing.squaredNormal = std::max(wing.normal.squaredNorm(), kSmallestSquaredNormal<Scalar>);
-  wing.gradient = (-edge.norm() / wing.squaredNormal) * wing.normal;
-  wing.foot = a.dot(edge) / std::max(edge.squaredNorm(), Scalar(1e-20));
+  wing.inverseSquaredNormal = Scalar(1) / wing.squaredNormal;
+  wing.gradient = (-edge.length * wing.inverseSquaredNormal) * wing.normal;
+  wing.foot = a.dot(edge.vector) * edge.inverseSquaredLength;
   return wing;
 }
 
@@ -46,19 +61,18 @@ struct WingChange {
 template <typename Scalar>
 WingChange<Scalar> wingChange(
     const Wing<Scalar>& wing,
-    const Vector<Scalar>& edge,
+    const Edge<Scalar>& edge,
     const Vector<Scalar>& a,
     const Vector<Scalar>& edgeChange,
     const Vector<Scalar>& aChange) {
-  const Scalar squaredLength = edge.squaredNorm();
-  const Scalar lengthChange = edge.dot(edgeChange) / squaredLength;  // d|e|/|e|
-  const Vector<Scalar> normalChange = edgeChange.cross(a) + edge.cross(aChange);
+  const Scalar lengthChange = edge.vector.dot(edgeChange) * edge.inverseSquaredLength;  // d|e|/|e|
+  const Vector<Scalar> normalChange = edgeChange.cross(a) + edge.vector.cross(aChange);
   const Scalar squaredNormalChange =
-      Scalar(2) * wing.normal.dot(normalChange) / wing.squaredNormal;  // d|N|²/|N|²
+      Scalar(2) * wing.normal.dot(normalChange) * wing.inverseSquaredNormal;  // d|N|²/|N|²
   WingChange<Scalar> change;
   change.gradient = (lengthChange - squaredNormalChange) * wing.gradient -
-                    (std::sqrt(squaredLength) / wing.squaredNormal) * normalChange;
-  change.foot = (aChange.dot(edge) + a.dot(edgeChange)) / squaredLength -
+                    (edge.length * wing.inverseSquaredNormal) * normalChange;
+  change.foot = (aChange.dot(edge.vector) + a.dot(edgeChange)) * edge.inverseSquaredLength -
                 Scalar(2) * wing.foot * lengthChange;
   change.relativeHeight = squaredNormalChange - Scalar(2) * lengthChange;
   return change;
@@ -66,11 +80,12 @@ WingChange<Scalar> wingChange(
 
 template <typename Scalar>
 struct HingeWings {
-  Vector<Scalar> edge, a3, a4;
+  Edge<Scalar> edge;
+  Vector<Scalar> a3, a4;
   Wing<Scalar> wing3, wing4;
 
   explicit HingeWings(const HingeVectors<Scalar>& x)
-      : edge(x.col(1) - x.col(0)),
+      : edge(x),
         a3(x.col(2) - x.col(0)),
         a4(x.col(3) - x.col(0)),
         wing3(wingOf<Scalar>(edge, a3)),
@@ -85,9 +100,8 @@ struct MomentLimit {
 
   MomentLimit(const Scalar squaredHeights[2], const Hinge<Scalar>& hinge) {
     for (int i = 0; i < 2; ++i) {
-      const Scalar ratio = squaredHeights[i] * hinge.inverseSquaredRestHeights[i];
-      if (hinge.inverseSquaredRestHeights[i] > Scalar(0) && ratio < factor) {
-        factor = ratio;
+      if (squaredHeights[i] < factor * hinge.squaredRestHeights[i]) {
+        factor = squaredHeights[i] / hinge.squaredRestHeights[i];
         wing = i;
       }
     }
@@ -97,14 +111,14 @@ struct MomentLimit {
 template <typename Scalar>
 Hinge<Scalar> hingeAt(const ClothMesh& mesh, Eigen::Index h) {
   const bool limited = mesh.material.limitCompressedTorsion;
-  const auto inverseSquare = [&](int wing) {
+  const auto squaredHeight = [&](int wing) {
     const auto height = static_cast<Scalar>(mesh.hingeRestHeights(wing, h));
-    return limited ? Scalar(1) / (height * height) : Scalar(0);
+    return limited ? height * height : Scalar(0);
   };
   return {
       static_cast<Scalar>(mesh.hingeStiffness[h]),
       static_cast<Scalar>(mesh.hingeRestAngles[h]),
-      {inverseSquare(0), inverseSquare(1)}};
+      {squaredHeight(0), squaredHeight(1)}};
 }
 
 template <typename Scalar>
@@ -130,10 +144,10 @@ template <typename Scalar>
 HingeAngle<Scalar> hingeAngle(const HingeVectors<Scalar>& x) {
   const HingeWings<Scalar> wings(x);
   const auto& [edge, a3, a4, wing3, wing4] = wings;
-  const Scalar squaredLength = std::max(edge.squaredNorm(), Scalar(1e-20));
-  const Vector<Scalar> normal1 = wing3.normal / std::sqrt(wing3.squaredNormal);
-  const Vector<Scalar> normal2 = -wing4.normal / std::sqrt(wing4.squaredNormal);
-  const Scalar sine = normal1.cross(normal2).dot(edge) / std::sqrt(squaredLength);
+  const Vector<Scalar> normal1 = std::sqrt(wing3.inverseSquaredNormal) * wing3.normal;
+  const Vector<Scalar> normal2 = -std::sqrt(wing4.inverseSquaredNormal) * wing4.normal;
+  const Scalar sine =
+      normal1.cross(normal2).dot(edge.vector) * edge.length * edge.inverseSquaredLength;
   HingeAngle<Scalar> result;
   result.angle = signedAngle(sine, normal1.dot(normal2));
   result.gradient.col(2) = wing3.gradient;
@@ -141,8 +155,8 @@ HingeAngle<Scalar> hingeAngle(const HingeVectors<Scalar>& x) {
   result.gradient.col(0) =
       (wing3.foot - Scalar(1)) * wing3.gradient - (wing4.foot - Scalar(1)) * wing4.gradient;
   result.gradient.col(1) = wing4.foot * wing4.gradient - wing3.foot * wing3.gradient;
-  result.squaredHeights[0] = wing3.squaredNormal / squaredLength;
-  result.squaredHeights[1] = wing4.squaredNormal / squaredLength;
+  result.squaredHeights[0] = wing3.squaredNormal * edge.inverseSquaredLength;
+  result.squaredHeights[1] = wing4.squaredNormal * edge.inverseSquaredLength;
   return result;
 }
 

@@ -32,9 +32,9 @@ template <typename Scalar>
 struct Hinge {
   Scalar stiffness;  ///< w [N·m/rad]
   Scalar restAngle;  ///< α0 [rad]
-  /// 1/h² [1/m²] of the wings' rest altitudes, for the limit of
-  /// ClothMaterial::limitCompressedTorsion; 0 and 0: no limit.
-  Scalar inverseSquaredRestHeights[2];
+  /// h² [m²] of the wings' rest altitudes, for the limit of ClothMaterial::limitCompressedTorsion;
+  /// 0 and 0: no limit.
+  Scalar squaredRestHeights[2];
 };
 
 template <typename Scalar>

@@ -128,12 +128,13 @@ void storePairs(float* to, const Pair8& pairs) {
   _mm256_store_ps(to + 8, _mm256_unpackhi_ps(pairs.first, pairs.second));
 }
 
-/// signedAngle of signed_angle.h.
-__m256 signedAngle(__m256 sine, __m256 cosine) {
+/// signedAngle of signed_angle.h for sine and cosine of which the sine, unlike there, still has to
+/// be divided by `length`: tan(γ/2) = |s| / (length + length |c|), so that nothing waits for a
+/// quotient.
+__m256 signedAngle(__m256 sineTimesLength, __m256 cosine, __m256 length) {
   const __m256 signBit = constant(-0.0F);
-  const __m256 one = constant(1.0F);
-  const __m256 top = _mm256_andnot_ps(signBit, sine);
-  const __m256 bottom = _mm256_add_ps(one, _mm256_andnot_ps(signBit, cosine));
+  const __m256 top = _mm256_andnot_ps(signBit, sineTimesLength);
+  const __m256 bottom = _mm256_fmadd_ps(length, _mm256_andnot_ps(signBit, cosine), length);
   const __m256 wide = _mm256_cmp_ps(top, _mm256_mul_ps(constant(0.41421356F), bottom), _CMP_GT_OQ);
   const __m256 numerator = _mm256_sub_ps(top, _mm256_and_ps(wide, bottom));
   const __m256 denominator = _mm256_add_ps(bottom, _mm256_and_ps(wide, top));
@@ -148,7 +149,7 @@ __m256 signedAngle(__m256 sine, __m256 cosine) {
   const __m256 acute = _mm256_add_ps(atan, atan);
   const __m256 angle =
       _mm256_blendv_ps(acute, _mm256_sub_ps(constant(3.14159265358979324F), acute), cosine);
-  return _mm256_or_ps(angle, _mm256_and_ps(signBit, sine));
+  return _mm256_or_ps(angle, _mm256_and_ps(signBit, sineTimesLength));
 }
 
 void normalBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
@@ -172,13 +173,14 @@ void edgeBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t 
   const Vector8W normal2 = loadVectorsW(domain.normals, ends + 24);
 
   const __m256 squaredLength = _mm256_max_ps(dot(edge, edge), constant(1e-20F));
-  const __m256 inverseLength = _mm256_div_ps(one, _mm256_sqrt_ps(squaredLength));
+  const __m256 length = _mm256_sqrt_ps(squaredLength);
+  const __m256 inverseLength = _mm256_div_ps(one, length);
   const __m256 spring = _mm256_mul_ps(
       _mm256_load_ps(rest + 8 * kHalfStiffness),
       _mm256_fnmadd_ps(_mm256_load_ps(rest + 8 * kRestLength), inverseLength, one));
 
-  const __m256 sine = _mm256_mul_ps(dot(cross(normal1.xyz, normal2.xyz), edge), inverseLength);
-  const __m256 angle = signedAngle(sine, dot(normal1.xyz, normal2.xyz));
+  const __m256 angle = signedAngle(
+      dot(cross(normal1.xyz, normal2.xyz), edge), dot(normal1.xyz, normal2.xyz), length);
   const __m256 difference = _mm256_sub_ps(angle, _mm256_load_ps(rest + 8 * kRestAngle));
   __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), difference);
   if constexpr (kLimited) {

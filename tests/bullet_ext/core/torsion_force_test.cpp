@@ -104,18 +104,18 @@ TEST(TorsionForce, isTheEnergysGradient) {
 
 TEST(TorsionForce, limitedForcesHaveTheirDerivative) {
   // Rest altitudes of 20 and 30 mm where the hinge has 15: the second one limits.
-  const Hinge<double> limited{0.05, 0.3, {1.0 / 4e-4, 1.0 / 9e-4}};
+  const Hinge<double> limited{0.05, 0.3, {4e-4, 9e-4}};
   for (const double angle : {-1.5, 0.0, 2.0}) {
     EXPECT_LT(test::forceDerivativeError(hingeLaw(limited), hingeAt(angle), 1e-5), 1e-9);
     const HingeVectors<double> expected = 0.25 * hingeForces(hingeAt(angle), kFree);
     EXPECT_LT((hingeForces(hingeAt(angle), limited) - expected).norm(), 1e-12);
   }
-  const Hinge<double> roomy{0.05, 0.3, {1.0 / 1e-4, 1.0 / 1e-4}};  // stretched: no limit
+  const Hinge<double> roomy{0.05, 0.3, {1e-4, 1e-4}};  // stretched: no limit
   EXPECT_EQ(hingeForces(hingeAt(1.0), roomy), hingeForces(hingeAt(1.0), kFree));
 }
 
 TEST(TorsionForce, limitKeepsCollapsedTrianglesWeak) {
-  const Hinge<double> limited{0.05, 0.0, {1.0 / 2.25e-4, 1.0 / 2.25e-4}};
+  const Hinge<double> limited{0.05, 0.0, {2.25e-4, 2.25e-4}};
   double previous =
       hingeForces<double>(test::hingeSheet(0.02, 0.015, 1.0).vertices, limited).norm();
   for (const double height : {1e-3, 1e-4, 1e-6, 1e-8, 0.0}) {
