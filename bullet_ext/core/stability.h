@@ -5,8 +5,9 @@
 namespace bullet_ext {
 
 struct StabilityOptions {
-  /// Part of the theoretical limit to use, 0.01 … 1. The limit holds for small motion about the
-  /// rest shape; stretched springs and compressed hinges are a little stiffer.
+  /// Part of the theoretical limit to use, 0.01 … 1. The limit holds for motion about the rest
+  /// shape; compressed hinges are stiffer, with limitCompressedTorsion up to four times: 0.5 covers
+  /// them.
   double safety = 0.9;
   double tolerance = 2e-3;  ///< relative error of λ at which the iteration stops, 1e-8 … 0.5
   int maxIterations = 300;  ///< 1 … 10000

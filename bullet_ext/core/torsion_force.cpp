@@ -92,7 +92,7 @@ struct HingeWings {
         wing4(wingOf<Scalar>(edge, a4)) {}
 };
 
-/// M's factor min(1, (h/h_rest)²) over both wings, and which of them has it (−1: not limited).
+/// M's factor min(1, h²/limit) over both wings, and which of them has it (−1: not limited).
 template <typename Scalar>
 struct MomentLimit {
   Scalar factor = 1;
@@ -100,8 +100,8 @@ struct MomentLimit {
 
   MomentLimit(const Scalar squaredHeights[2], const Hinge<Scalar>& hinge) {
     for (int i = 0; i < 2; ++i) {
-      if (squaredHeights[i] < factor * hinge.squaredRestHeights[i]) {
-        factor = squaredHeights[i] / hinge.squaredRestHeights[i];
+      if (squaredHeights[i] < factor * hinge.squaredLimitHeights[i]) {
+        factor = squaredHeights[i] / hinge.squaredLimitHeights[i];
         wing = i;
       }
     }
@@ -111,14 +111,14 @@ struct MomentLimit {
 template <typename Scalar>
 Hinge<Scalar> hingeAt(const ClothMesh& mesh, Eigen::Index h) {
   const bool limited = mesh.material.limitCompressedTorsion;
-  const auto squaredHeight = [&](int wing) {
-    const auto height = static_cast<Scalar>(mesh.hingeRestHeights(wing, h));
+  const auto squaredLimit = [&](int wing) {
+    const Scalar height = static_cast<Scalar>(kLimitedAltitude * mesh.hingeRestHeights(wing, h));
     return limited ? height * height : Scalar(0);
   };
   return {
       static_cast<Scalar>(mesh.hingeStiffness[h]),
       static_cast<Scalar>(mesh.hingeRestAngles[h]),
-      {squaredHeight(0), squaredHeight(1)}};
+      {squaredLimit(0), squaredLimit(1)}};
 }
 
 template <typename Scalar>

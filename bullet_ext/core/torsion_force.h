@@ -28,13 +28,17 @@ namespace bullet_ext {
 template <typename Scalar>
 using HingeVectors = Eigen::Matrix<Scalar, 3, 4>;
 
+/// Part of its rest altitude below which a triangle weakens its hinges
+/// (ClothMaterial::limitCompressedTorsion).
+inline constexpr double kLimitedAltitude = 0.5;
+
 template <typename Scalar>
 struct Hinge {
   Scalar stiffness;  ///< w [N·m/rad]
   Scalar restAngle;  ///< α0 [rad]
-  /// h² [m²] of the wings' rest altitudes, for the limit of ClothMaterial::limitCompressedTorsion;
-  /// 0 and 0: no limit.
-  Scalar squaredRestHeights[2];
+  /// Altitudes of the wings, squared [m²], below which the moment is multiplied by h²/limit; 0 and
+  /// 0: no limit.
+  Scalar squaredLimitHeights[2];
 };
 
 template <typename Scalar>

@@ -1,5 +1,7 @@
 #include "bullet_ext/core/wide_cloth.h"
 
+#include "bullet_ext/core/torsion_force.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -159,8 +161,12 @@ void WideCloth::packEdges(const ClothMesh& mesh, const Elements& elements) {
     if (hinge >= 0) {
       setRest(kTorsion, mesh.hingeStiffness[hinge]);
       setRest(kRestAngle, mesh.hingeRestAngles[hinge]);
-      setRest(kInverseSquaredHeight1, std::pow(mesh.hingeRestHeights(0, hinge), -2.0));
-      setRest(kInverseSquaredHeight2, std::pow(mesh.hingeRestHeights(1, hinge), -2.0));
+      setRest(
+          kInverseSquaredLimit1,
+          std::pow(kLimitedAltitude * mesh.hingeRestHeights(0, hinge), -2.0));
+      setRest(
+          kInverseSquaredLimit2,
+          std::pow(kLimitedAltitude * mesh.hingeRestHeights(1, hinge), -2.0));
     }
   }
   edgeStates_.assign(at(2 * kWideLanes * blocks), 0.0F);

@@ -40,12 +40,12 @@ struct WideDomain {
 
 /// Rows of WideDomain::edgeRest.
 enum EdgeRestRow : std::uint8_t {
-  kHalfStiffness,          ///< k/2 [N/m], half of it for each of two triangles
-  kRestLength,             ///< l0 [m]
-  kTorsion,                ///< w [N·m/rad]
-  kRestAngle,              ///< α0 [rad]
-  kInverseSquaredHeight1,  ///< 1/h_rest² [1/m²] of the two wings
-  kInverseSquaredHeight2,
+  kHalfStiffness,         ///< k/2 [N/m], half of it for each of two triangles
+  kRestLength,            ///< l0 [m]
+  kTorsion,               ///< w [N·m/rad]
+  kRestAngle,             ///< α0 [rad]
+  kInverseSquaredLimit1,  ///< 1/h² [1/m²] of the two wings' limit altitudes
+  kInverseSquaredLimit2,
   kEdgeRestRows
 };
 

@@ -185,10 +185,12 @@ void edgeBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t 
   __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), difference);
   if constexpr (kLimited) {
     const __m256 inverseSquare = _mm256_mul_ps(inverseLength, inverseLength);
-    const __m256 area1 = _mm256_mul_ps(normal1.w, inverseSquare);
-    const __m256 area2 = _mm256_mul_ps(normal2.w, inverseSquare);
-    const __m256 ratio1 = _mm256_mul_ps(area1, _mm256_load_ps(rest + 8 * kInverseSquaredHeight1));
-    const __m256 ratio2 = _mm256_mul_ps(area2, _mm256_load_ps(rest + 8 * kInverseSquaredHeight2));
+    const __m256 squaredHeight1 = _mm256_mul_ps(normal1.w, inverseSquare);
+    const __m256 squaredHeight2 = _mm256_mul_ps(normal2.w, inverseSquare);
+    const __m256 ratio1 =
+        _mm256_mul_ps(squaredHeight1, _mm256_load_ps(rest + 8 * kInverseSquaredLimit1));
+    const __m256 ratio2 =
+        _mm256_mul_ps(squaredHeight2, _mm256_load_ps(rest + 8 * kInverseSquaredLimit2));
     moment = _mm256_mul_ps(moment, _mm256_min_ps(one, _mm256_min_ps(ratio1, ratio2)));
   }
   storePairs(domain.edgeStates + 16 * block, {spring, _mm256_mul_ps(moment, inverseLength)});

@@ -238,6 +238,21 @@ TEST(ClothStepper, dampingTakesEnergy) {
   }
 }
 
+TEST(ClothStepper, hangingClothComesToRest) {
+  // Nothing may feed energy to calm cloth, the limit of compressed hinges least of all.
+  ClothMaterial cotton = paperMaterial("hard");
+  cotton.massMode = MassMode::kAreal;
+  cotton.damping = 4.0;
+  Simulation hang = simulate(equilateralSheet(16, 16, 0.02), cotton, kGravity, {240, 255});
+  hang.stepper.setSubstep({.duration = 1.0 / 7500.0, .damping = 4.0});
+  hang.state.velocities.row(2).leftCols(240).setConstant(0.3F);  // not the pins
+  hang.run(3000);
+  const double swinging = kineticEnergy(hang.stepper.mesh(), hang.state);
+  hang.run(12000);
+  // e^(−4 · 1.6 s) of what swung.
+  EXPECT_LT(kineticEnergy(hang.stepper.mesh(), hang.state), 0.01 * swinging);
+}
+
 TEST(ClothStepper, pinsKeepTheirVelocity) {
   Simulation hang = simulate(
       equilateralSheet(6, 6, 0.02),

@@ -103,7 +103,7 @@ TEST(TorsionForce, isTheEnergysGradient) {
 }
 
 TEST(TorsionForce, limitedForcesHaveTheirDerivative) {
-  // Rest altitudes of 20 and 30 mm where the hinge has 15: the second one limits.
+  // Limits at altitudes of 20 and 30 mm where the hinge has 15: the second one limits.
   const Hinge<double> limited{0.05, 0.3, {4e-4, 9e-4}};
   for (const double angle : {-1.5, 0.0, 2.0}) {
     EXPECT_LT(test::forceDerivativeError(hingeLaw(limited), hingeAt(angle), 1e-5), 1e-9);
@@ -114,15 +114,25 @@ TEST(TorsionForce, limitedForcesHaveTheirDerivative) {
   EXPECT_EQ(hingeForces(hingeAt(1.0), roomy), hingeForces(hingeAt(1.0), kFree));
 }
 
+/// A hinge bent by 1 rad whose triangles have the given part of their rest altitude.
+double sizeAtAltitude(double part, bool limited) {
+  const ClothMesh mesh = test::clothOf(
+      test::hingeSheet(0.02, 0.015, 0.0),
+      {.limitCompressedTorsion = limited},
+      {.vertexOrder = VertexOrder::kInput});
+  return torsionLaw(mesh).forces(test::hingeSheet(0.02, part * 0.015, 1.0).vertices).norm();
+}
+
 TEST(TorsionForce, limitKeepsCollapsedTrianglesWeak) {
-  const Hinge<double> limited{0.05, 0.0, {2.25e-4, 2.25e-4}};
-  double previous =
-      hingeForces<double>(test::hingeSheet(0.02, 0.015, 1.0).vertices, limited).norm();
-  for (const double height : {1e-3, 1e-4, 1e-6, 1e-8, 0.0}) {
-    const double size =
-        hingeForces<double>(test::hingeSheet(0.02, height, 1.0).vertices, limited).norm();
-    EXPECT_LT(size, previous + 1e-15);
-    previous = size;
+  // F ~ M/h: without limit it explodes; with it, F ~ h below half the altitude.
+  EXPECT_NEAR(sizeAtAltitude(0.01, false), 100.0 * sizeAtAltitude(1.0, false), 1e-9);
+  EXPECT_NEAR(sizeAtAltitude(0.01, true), 0.04 * sizeAtAltitude(1.0, true), 1e-12);
+  EXPECT_EQ(sizeAtAltitude(0.0, true), 0.0);
+}
+
+TEST(TorsionForce, limitLeavesOrdinaryClothAlone) {
+  for (const double part : {0.51, 0.7, 1.0, 1.5}) {
+    EXPECT_EQ(sizeAtAltitude(part, true), sizeAtAltitude(part, false)) << part;
   }
 }
 
