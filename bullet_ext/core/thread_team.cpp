@@ -35,18 +35,18 @@ void awaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old, int
 
 }  // namespace
 
-ThreadTeam::ThreadTeam(int size) : spins_(spinsFor(size)) {
+ThreadTeam::ThreadTeam(int size) : spins_(spinsFor(size)), next_(static_cast<unsigned>(size)) {
   if (size < 1 || size > 64) {
     throw std::invalid_argument("ThreadTeam: 1 … 64 threads");
   }
   errors_.resize(static_cast<std::size_t>(size));
-  for (int index = 1; index < size; ++index) {
-    threads_.emplace_back([this, index] { work(index); });
+  for (int i = 1; i < size; ++i) {
+    threads_.emplace_back([this] { work(); });
   }
 }
 
 ThreadTeam::~ThreadTeam() {
-  task_ = nullptr;
+  finish_.store(true, std::memory_order_relaxed);
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();
   for (std::thread& thread : threads_) {
@@ -56,19 +56,32 @@ ThreadTeam::~ThreadTeam() {
 
 void ThreadTeam::run(const std::function<void(int)>& task) {
   task_ = &task;
-  busy_.store(static_cast<std::uint32_t>(threads_.size()), std::memory_order_relaxed);
-  round_.fetch_add(1, std::memory_order_release);
+  unfinished_.store(static_cast<std::uint32_t>(size()), std::memory_order_relaxed);
+  const std::uint32_t round = round_.load(std::memory_order_relaxed) + 1;
+  next_.store(static_cast<std::uint64_t>(round) << 32U, std::memory_order_release);
+  round_.store(round, std::memory_order_release);
   round_.notify_all();
-  perform(0);
-  for (std::uint32_t left = busy_.load(std::memory_order_acquire); left != 0;
-       left = busy_.load(std::memory_order_acquire)) {
-    awaitChange(busy_, left, spins_);
+  help();
+  for (std::uint32_t left = unfinished_.load(std::memory_order_acquire); left != 0;
+       left = unfinished_.load(std::memory_order_acquire)) {
+    awaitChange(unfinished_, left, spins_);
   }
   for (const std::exception_ptr& error : errors_) {
     if (error) {
       std::rethrow_exception(error);
     }
   }
+}
+
+int ThreadTeam::claim() {
+  std::uint64_t next = next_.load(std::memory_order_acquire);
+  const auto piece = [&] { return static_cast<std::uint32_t>(next); };
+  while (piece() < errors_.size()) {
+    if (next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel)) {
+      return static_cast<int>(piece());
+    }
+  }
+  return -1;
 }
 
 void ThreadTeam::perform(int index) {
@@ -81,16 +94,24 @@ void ThreadTeam::perform(int index) {
   }
 }
 
-void ThreadTeam::work(int index) {
-  for (std::uint32_t round = 0;; ++round) {
-    awaitChange(round_, round, spins_);
-    if (task_ == nullptr) {
+void ThreadTeam::help() {
+  for (int index = claim(); index >= 0; index = claim()) {
+    perform(index);
+    if (unfinished_.fetch_sub(1, std::memory_order_acq_rel) == 1) {
+      unfinished_.notify_one();
+    }
+  }
+}
+
+void ThreadTeam::work() {
+  std::uint32_t seen = 0;
+  for (;;) {
+    awaitChange(round_, seen, spins_);
+    seen = round_.load(std::memory_order_acquire);
+    if (finish_.load(std::memory_order_relaxed)) {
       return;
     }
-    perform(index);
-    if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) {
-      busy_.notify_one();
-    }
+    help();
   }
 }
 

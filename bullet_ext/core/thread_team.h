@@ -10,8 +10,8 @@
 namespace bullet_ext {
 
 /// Threads that start and finish small pieces of work together, thousands of times per second.
-/// Those who wait spin for some microseconds and then sleep: pure spinning is slower than one
-/// thread as soon as the machine has something else to do.
+/// Those who wait spin for some microseconds and then sleep, and who is there first takes the next
+/// piece: on a busy machine nobody waits for a thread that hasn't been given a core.
 class ThreadTeam {
  public:
   /// The caller and size − 1 threads, 1 … 64. Throws std::invalid_argument for other sizes.
@@ -24,20 +24,27 @@ class ThreadTeam {
 
   int size() const { return static_cast<int>(errors_.size()); }
 
-  /// Calls task(0) … task(size − 1), each in a thread of its own, and returns when all are done.
+  /// Calls task(0) … task(size − 1), shared out among the threads, and returns when all are done.
   /// Rethrows the exception of the lowest index that threw. Not reentrant.
   void run(const std::function<void(int)>& task);
 
  private:
-  void work(int index);
+  void work();
+  /// Performs what is left of the round.
+  void help();
+  /// The next piece of the round, or −1.
+  int claim();
   void perform(int index);
 
   int spins_;
   std::vector<std::thread> threads_;
   std::vector<std::exception_ptr> errors_;
-  const std::function<void(int)>* task_ = nullptr;  ///< null: finish
+  const std::function<void(int)>* task_ = nullptr;
+  std::atomic<bool> finish_{false};
   std::atomic<std::uint32_t> round_{0};
-  std::atomic<std::uint32_t> busy_{0};
+  /// Round in the upper half, next piece in the lower: a late thread can't mistake the round.
+  std::atomic<std::uint64_t> next_;
+  std::atomic<std::uint32_t> unfinished_{0};
 };
 
 }  // namespace bullet_ext
