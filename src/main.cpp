@@ -50,6 +50,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addDemo(program, chosen);
   addRender(program, chosen);
   addMeasure(program, chosen);
+  addDress(program, chosen);
   addFitBody(program, chosen);
   addFitPrior(program, chosen);
   for (CLI::App* verb : program.get_subcommands({})) {

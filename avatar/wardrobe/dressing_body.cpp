@@ -23,12 +23,13 @@ double crotchHeightOf(const DressingBody& body) {
 
 }  // namespace
 
-DressingBody standForDressing(const BodyModel& model, const Eigen::VectorXd& betas) {
+DressingBody standForDressing(
+    const BodyModel& model, const Eigen::VectorXd& betas, const BodyPose& pose) {
   DressingBody body;
   body.model = &model;
-  body.pose = aPose();
+  body.pose = pose;
   body.jointRegions = jointRegions(model.parents);
-  SkinnedBody posed = posedBody(model, betas, body.pose);
+  SkinnedBody posed = posedBody(model, betas, pose);
   body.vertices = std::move(posed.vertices);
   body.joints = std::move(posed.joints);
   body.regionFaces = facesByRegion(model.faces, model.skinningWeights, body.jointRegions);

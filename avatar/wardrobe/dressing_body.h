@@ -11,10 +11,10 @@
 
 namespace avatar {
 
-/// A body of one shape standing in the pose that garments are made in, with what patterns refer to.
+/// A body of one shape standing in a pose that garments are made in, with what patterns refer to.
 struct DressingBody {
   const BodyModel* model = nullptr;  ///< must outlive this
-  BodyPose pose;                     ///< aPose(): arms 45° down, legs 7° out
+  BodyPose pose;                     ///< upright
   Eigen::Matrix3Xd vertices;         ///< posed, 3 × V [m]
   Eigen::Matrix3Xd joints;           ///< posed, 3 × J [m]
   std::vector<BodyRegion> jointRegions;
@@ -25,6 +25,7 @@ struct DressingBody {
 };
 
 /// Throws std::invalid_argument when the model isn't of the SMPL family or doesn't stand upright.
-DressingBody standForDressing(const BodyModel& model, const Eigen::VectorXd& betas);
+DressingBody standForDressing(
+    const BodyModel& model, const Eigen::VectorXd& betas, const BodyPose& pose = aPose());
 
 }  // namespace avatar

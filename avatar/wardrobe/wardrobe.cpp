@@ -1,12 +1,11 @@
 #include "avatar/wardrobe/wardrobe.h"
 
 #include "avatar/avatar_body.h"
-#include "avatar/garment_binding.h"
-#include "avatar/garment_clearance.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/isotropic_remesh.h"
 #include "avatar/geometry/measures.h"
-#include "avatar/wardrobe/dressing_body.h"
+#include "avatar/wardrobe/attachment.h"
+#include "avatar/wardrobe/layers_below.h"
 #include "avatar/wardrobe/pattern.h"
 
 #include <algorithm>
@@ -61,33 +60,6 @@ Eigen::AlignedBox3d roomAround(const DressingBody& body) {
   return {box.min() - room, box.max() + room};
 }
 
-/// Skin and garments below, as things that a new garment must stay outside of.
-class Underneath {
- public:
-  Underneath(const DressingBody& body, const std::vector<Garment>& inner) : skin_(body.mesh()) {
-    for (const Garment& garment : inner)
-      layers_.push_back({SignedDistance(garment.mesh), garment.cloth.thickness});
-  }
-
-  /// The mesh moved out of them where it has to be.
-  TriangleMesh cleared(const TriangleMesh& mesh, double thickness) const {
-    constexpr double kLayerReach = 0.04;  // beyond, another layer is none of a vertex's concern [m]
-    std::vector<ClearanceObstacle> obstacles = {{&skin_, thickness}};
-    for (const Layer& layer : layers_)
-      obstacles.push_back({&layer.surface, std::max(thickness, layer.thickness), kLayerReach});
-    return {resolvePenetration(mesh, obstacles).vertices, mesh.faces};
-  }
-
- private:
-  struct Layer {
-    SignedDistance surface;
-    double thickness;
-  };
-
-  SignedDistance skin_;
-  std::vector<Layer> layers_;
-};
-
 TriangleMesh remeshed(const TriangleMesh& mesh, double edgeLength) {
   RemeshOptions options;
   options.targetEdgeLength = edgeLength;
@@ -131,65 +103,24 @@ TriangleMesh smoothed(const TriangleMesh& mesh, int rounds) {
   return result;
 }
 
+TriangleMesh clearOf(const LayersBelow& below, const TriangleMesh& mesh, double distance) {
+  return {below.cleared(mesh, distance).vertices, mesh.faces};
+}
+
 /// From the drawn surface to the mesh that is worn. It is cleared before its triangles are made, so
 /// that these are good, and once more for the few vertices that came nearer on the way.
 TriangleMesh sewn(
     const GarmentShape& shape,
     const Eigen::AlignedBox3d& room,
-    const Underneath& underneath,
+    const LayersBelow& below,
     double edgeLength) {
   const double thickness = ClothParameters().thickness;
   constexpr double kReserve = 0.002;  // for what remeshing moves [m]
   constexpr int kSmoothingRounds = 4;
   const TriangleMesh drawn = remeshed(shapeSurface(shape, room, 0.4 * edgeLength), edgeLength);
   const TriangleMesh fitting =
-      underneath.cleared(smoothed(drawn, kSmoothingRounds), thickness + kReserve);
-  return underneath.cleared(remeshed(fitting, edgeLength), thickness);
-}
-
-/// The highest opening: the waist of a skirt, the neckline of a shirt; ascending.
-std::vector<int> topOpening(const TriangleMesh& mesh) {
-  const Adjacency adjacency = buildAdjacency(mesh.faces, mesh.numVertices());
-  std::vector<int> highest;
-  double height = -std::numeric_limits<double>::infinity();
-  for (std::vector<int>& loop : boundaryLoops(mesh.faces, adjacency)) {
-    double sum = 0.0;
-    for (const int v : loop)
-      sum += mesh.vertices(1, v);
-    const double mean = sum / static_cast<double>(loop.size());
-    if (mean > height) {
-      height = mean;
-      highest = std::move(loop);
-    }
-  }
-  std::sort(highest.begin(), highest.end());
-  return highest;
-}
-
-Garment makeGarment(
-    const GarmentOrder& order, const DressingBody& body, const std::vector<Garment>& inner) {
-  const PieceRecipe& made = recipe(order.name);
-  const PatternInput input{body, inner, order.ease.value_or(made.piece.ease)};
-  Garment garment;
-  garment.name = order.name;
-  garment.layer = static_cast<int>(inner.size());
-  garment.bindPose = body.pose;
-  garment.color = made.color;
-  garment.mesh =
-      sewn(made.pattern(input), roomAround(body), Underneath(body, inner), order.edgeLength);
-  garment.mesh.vertices = roundedToFloat(garment.mesh.vertices);
-  garment.skinningWeights = bindToBody(garment.mesh, body.mesh(), body.model->skinningWeights);
-  for (const Garment& below : inner)
-    garment.collideWith.push_back(below.name);
-  // Fabric doesn't stretch: nothing gets farther from its place than it is from what carries it.
-  const std::vector<int> top = topOpening(garment.mesh);
-  constexpr double kSlip = 0.03;  // of a neckline, which nothing fastens [m]
-  garment.maxDistance = edgeDistances(garment.mesh, top);
-  if (made.hasWaistband)
-    garment.pins = top;
-  else
-    garment.maxDistance.array() += kSlip;
-  return garment;
+      clearOf(below, smoothed(drawn, kSmoothingRounds), thickness + kReserve);
+  return clearOf(below, remeshed(fitting, edgeLength), thickness);
 }
 
 }  // namespace
@@ -218,25 +149,19 @@ void GarmentOrder::validate() const {
   require(edgeLength >= 0.008 && edgeLength <= 0.05, "edgeLength must be 0.008 to 0.05 m");
 }
 
-std::vector<Garment> makeGarments(
-    const BodyModel& model, const Eigen::VectorXd& betas, std::vector<GarmentOrder> orders) {
-  for (const GarmentOrder& order : orders)
-    order.validate();
-  std::stable_sort(orders.begin(), orders.end(), [](const auto& a, const auto& b) {
-    const int rankA = recipe(a.name).piece.rank;
-    const int rankB = recipe(b.name).piece.rank;
-    return rankA != rankB ? rankA < rankB : a.name < b.name;
-  });
-  for (std::size_t i = 1; i < orders.size(); ++i) {
-    if (orders[i].name == orders[i - 1].name)
-      throw std::invalid_argument("wardrobe: '" + orders[i].name + "' is ordered twice");
-  }
-  const DressingBody body = standForDressing(model, betas);
-  std::vector<Garment> garments;
-  garments.reserve(orders.size());
-  for (const GarmentOrder& order : orders)
-    garments.push_back(makeGarment(order, body, garments));
-  return garments;
+Garment makeGarment(
+    const GarmentOrder& order, const DressingBody& body, const std::vector<Garment>& inner) {
+  order.validate();
+  const PieceRecipe& made = recipe(order.name);
+  const PatternInput input{body, inner, order.ease.value_or(made.piece.ease)};
+  Garment garment;
+  garment.name = order.name;
+  garment.color = made.color;
+  garment.mesh = sewn(
+      made.pattern(input), roomAround(body), LayersBelow(body.mesh(), inner), order.edgeLength);
+  garment.mesh.vertices = roundedToFloat(garment.mesh.vertices);
+  attach(garment, body, made.hasWaistband ? Fastening::kPinned : Fastening::kLoose);
+  return garment;
 }
 
 }  // namespace avatar

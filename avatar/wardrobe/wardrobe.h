@@ -1,9 +1,7 @@
 #pragma once
 
-#include "avatar/body_model.h"
 #include "avatar/garment.h"
-
-#include <Eigen/Core>
+#include "avatar/wardrobe/dressing_body.h"
 
 #include <optional>
 #include <string>
@@ -36,12 +34,12 @@ struct GarmentOrder {
   void validate() const;
 };
 
-/// Makes garments for a body shape, inner ones first, each with room for those below it. The body
-/// stands in the A-pose (Garment::bindPose); girths follow the convex hulls of the body's sections,
-/// as fabric wraps them, widened by the ease. No vertex is nearer to skin or inner garments than
-/// the cloth's thickness. Nothing of the result depends on the order of equal requests.
-/// Throws std::invalid_argument for an unusable body or order, or two garments of one name.
-std::vector<Garment> makeGarments(
-    const BodyModel& model, const Eigen::VectorXd& betas, std::vector<GarmentOrder> orders);
+/// Makes a garment for a body standing in the A-pose, over those that it wears (in the same pose).
+/// Girths follow the convex hulls of the sections of the body and what it wears, as fabric wraps
+/// them, widened by the ease. No vertex is nearer to skin or inner garments than the cloth's
+/// thickness; layer and collideWith are left to dressed(). Throws std::invalid_argument for an
+/// unusable order or body.
+Garment makeGarment(
+    const GarmentOrder& order, const DressingBody& body, const std::vector<Garment>& inner = {});
 
 }  // namespace avatar

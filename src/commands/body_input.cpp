@@ -1,6 +1,8 @@
 #include "src/commands/body_input.h"
 
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/io/file_error.h"
+#include "avatar/io/npz.h"
 #include "src/commands/commands.h"
 
 #include <CLI/CLI.hpp>
@@ -8,6 +10,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 
 namespace simulcap {
 namespace {
@@ -20,7 +23,32 @@ bool parseNumber(const std::string& text, Number& value) {
   return error == std::errc() && stop == end;
 }
 
+Eigen::VectorXd readBetas(const std::string& path, const avatar::BodyModel& model) {
+  const avatar::NpzArrays arrays = avatar::readNpz(path, {"betas"});
+  const auto found = arrays.find("betas");
+  if (found == arrays.end())
+    throw avatar::FileError(path, "betas", "missing: expected the shape of a body");
+  const Eigen::VectorXd betas = found->second.asMatrix().reshaped();
+  if (betas.size() > model.numBetas() || !betas.allFinite())
+    throw avatar::FileError(
+        path,
+        "betas",
+        "expected at most " + std::to_string(model.numBetas()) +
+            " finite numbers, the shape parameters of the body, found " +
+            found->second.shapeText());
+  Eigen::VectorXd shape = Eigen::VectorXd::Zero(model.numBetas());
+  shape.head(betas.size()) = betas;
+  return shape;
+}
+
 }  // namespace
+
+double parseNumber(const std::string& option, const std::string& text) {
+  double value = 0.0;
+  if (!parseNumber(text, value) || !std::isfinite(value))
+    throw UsageError(option + ": expected a number, found '" + text + "'");
+  return value;
+}
 
 std::vector<std::string> splitAtCommas(const std::string& text) {
   std::vector<std::string> parts;
@@ -41,6 +69,8 @@ NamedShape parseShape(const std::string& text, const avatar::BodyModel& model) {
         return {preset.name, preset.betas};
     }
   }
+  if (text.ends_with(".npz"))
+    return {std::filesystem::path(text).stem().string(), readBetas(text, model)};
   NamedShape shape{text, Eigen::VectorXd::Zero(model.numBetas())};
   const std::vector<std::string> numbers = splitAtCommas(text);
   if (static_cast<int>(numbers.size()) > model.numBetas())
@@ -58,12 +88,16 @@ NamedShape parseShape(const std::string& text, const avatar::BodyModel& model) {
   return shape;
 }
 
+std::string shapeHelp() {
+  return "Shape: betas like 1,0,-2, a preset of the default body (" + presetNames() +
+         "), or an .npz with betas";
+}
+
 void addShapeOption(CLI::App& verb, std::vector<std::string>& texts, const std::string& where) {
   verb.add_option(
           "--betas",
           texts,
-          "Shape: betas like 1,0,-2, or a preset of the default body (" + presetNames() +
-              "); repeat for several " + where + " (default: the mean shape)")
+          shapeHelp() + "; repeat for several " + where + " (default: the mean shape)")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false)

@@ -20,10 +20,17 @@ struct NamedShape {
   Eigen::VectorXd betas;  ///< as many as the model has
 };
 
-/// "1,0,-2" (further betas 0) or the name of a preset of the default body. Throws UsageError.
+/// "0.03". `option` is named in the error. Throws UsageError.
+double parseNumber(const std::string& option, const std::string& text);
+
+/// "1,0,-2" (further betas 0), the name of a preset of the default body, or an .npz with the key
+/// `betas`. Throws UsageError, and avatar::FileError for a file that can't be used.
 NamedShape parseShape(const std::string& text, const avatar::BodyModel& model);
 
-/// --betas. `where`: what several shapes become, "rows" or "columns".
+/// What --betas takes, for its help.
+std::string shapeHelp();
+
+/// --betas, several times. `where`: what several shapes become, "rows" or "columns".
 void addShapeOption(CLI::App& verb, std::vector<std::string>& texts, const std::string& where);
 
 /// One shape per text; the mean shape when there is none.

@@ -8,7 +8,7 @@
 namespace simulcap {
 
 std::vector<avatar::ColorImage> pictures(
-    const avatar::BodyModel& model,
+    const PicturedPerson& person,
     const std::vector<SheetPanel>& panels,
     const PictureOptions& options,
     const CommandContext& context) {
@@ -17,22 +17,22 @@ std::vector<avatar::ColorImage> pictures(
   parallelFor(static_cast<long>(panels.size()), context.threads, [&](long i) {
     const SheetPanel& panel = panels[static_cast<std::size_t>(i)];
     images[static_cast<std::size_t>(i)] =
-        picture({panel.body.vertices, model.faces}, panel.view, panel.box, options);
+        picture(person, panel.body, panel.view, panel.box, options);
     progress.advance();
   });
   return images;
 }
 
 ContactSheet bodySheet(
-    const avatar::BodyModel& model,
-    const BodySheetRequest& request,
-    const CommandContext& context) {
+    const PicturedPerson& person, const BodySheetRequest& request, const CommandContext& context) {
   ContactSheet sheet;
   std::vector<std::vector<Eigen::AlignedBox3d>> boxesOfView;
   for (const BodyView& view : request.views) {
     sheet.columnLabels.push_back(view.name);
-    boxesOfView.push_back(
-        framingBoxes(request.bodies, verticesOfJoints(model, view.joints), request.commonFloor));
+    boxesOfView.push_back(framingBoxes(
+        request.bodies,
+        verticesOfJoints(person.skinningWeights, view.joints),
+        request.commonFloor));
   }
   std::vector<SheetPanel> panels;
   for (std::size_t row = 0; row < request.bodies.size(); ++row) {
@@ -40,7 +40,7 @@ ContactSheet bodySheet(
     for (std::size_t column = 0; column < request.views.size(); ++column)
       panels.push_back({request.bodies[row], request.views[column], boxesOfView[column][row]});
   }
-  sheet.panels = pictures(model, panels, request.picture, context);
+  sheet.panels = pictures(person, panels, request.picture, context);
   return sheet;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "avatar/body_model.h"
 #include "src/commands/commands.h"
 #include "src/output/body_view.h"
 #include "src/output/contact_sheet.h"
@@ -18,7 +17,7 @@ struct SheetPanel {
 
 /// Pictures of all panels, in their order; one progress bar, all threads.
 std::vector<avatar::ColorImage> pictures(
-    const avatar::BodyModel& model,
+    const PicturedPerson& person,
     const std::vector<SheetPanel>& panels,
     const PictureOptions& options,
     const CommandContext& context);
@@ -32,6 +31,6 @@ struct BodySheetRequest {
 
 /// All bodies in all views, at one scale per view.
 ContactSheet bodySheet(
-    const avatar::BodyModel& model, const BodySheetRequest& request, const CommandContext& context);
+    const PicturedPerson& person, const BodySheetRequest& request, const CommandContext& context);
 
 }  // namespace simulcap

@@ -28,6 +28,7 @@ using ChosenCommand = std::function<void(const CommandContext&)>;
 
 // One function and one file per verb: adds the verb with its options to the program.
 void addDemo(CLI::App& program, ChosenCommand& chosen);
+void addDress(CLI::App& program, ChosenCommand& chosen);
 void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);

@@ -47,7 +47,7 @@ std::vector<BodyView> views(std::initializer_list<const char*> names) {
 class DemoBody {
  public:
   explicit DemoBody(const CommandContext& context)
-      : model_(avatar::defaultBody()), skinning_(model_), context_(context) {}
+      : model_(avatar::defaultBody()), person_(model_), skinning_(model_), context_(context) {}
 
   ContactSheet shapes() const {
     BodySheetRequest request;
@@ -55,7 +55,7 @@ class DemoBody {
     request.picture = {.width = 240, .height = 320};
     for (const avatar::BodyPreset& preset : avatar::bodyPresets())
       request.bodies.push_back(body(preset, preset.name, "apose"));
-    return bodySheet(model_, request, context_);
+    return bodySheet(person_, request, context_);
   }
 
   ContactSheet poses() const {
@@ -64,7 +64,7 @@ class DemoBody {
     request.picture = {.width = 300, .height = 300};
     for (const std::string& pose : namedPoses())
       request.bodies.push_back(body(avatar::bodyPresets().front(), pose, pose));
-    return bodySheet(model_, request, context_);
+    return bodySheet(person_, request, context_);
   }
 
   ContactSheet details() const {
@@ -73,7 +73,7 @@ class DemoBody {
     request.picture = {.width = 300, .height = 300};
     for (const avatar::BodyPreset& preset : avatar::bodyPresets())
       request.bodies.push_back(body(preset, preset.name, "tpose"));
-    return bodySheet(model_, request, context_);
+    return bodySheet(person_, request, context_);
   }
 
   /// A row per built-in clip, moments of it from left to right.
@@ -93,11 +93,11 @@ class DemoBody {
 
     const BodyView& view = bodyView("three-quarter");
     const std::vector<Eigen::AlignedBox3d> boxes =
-        framingBoxes(bodies, verticesOfJoints(model_, {}), true);
+        framingBoxes(bodies, verticesOfJoints(model_.skinningWeights, {}), true);
     std::vector<SheetPanel> panels;
     for (std::size_t i = 0; i < bodies.size(); ++i)
       panels.push_back({bodies[i], view, boxes[i]});
-    sheet.panels = pictures(model_, panels, {.width = 180, .height = 220}, context_);
+    sheet.panels = pictures(person_, panels, {.width = 180, .height = 220}, context_);
     return sheet;
   }
 
@@ -115,12 +115,12 @@ class DemoBody {
     const auto posed = skinning_.pose(shaped, pose);
     const PicturedBody pictured{"", posed.vertices};
     const Eigen::AlignedBox3d box =
-        framingBoxes({pictured}, verticesOfJoints(model_, {}), false).front();
+        framingBoxes({pictured}, verticesOfJoints(model_.skinningWeights, {}), false).front();
     const PictureOptions size{.width = 640, .height = 480, .supersampling = 1};
-    const avatar::MeshView mesh(posed.vertices, model_.faces);
     return {
         {"posing", timed([&] { skinning_.pose(shaped, pose); })},
-        {"picture_640x480", timed([&] { picture(mesh, bodyView("front"), box, size); })}};
+        {"picture_640x480",
+         timed([&] { picture(person_, pictured, bodyView("front"), box, size); })}};
   }
 
  private:
@@ -145,6 +145,7 @@ class DemoBody {
   }
 
   const avatar::BodyModel& model_;
+  PicturedPerson person_;
   avatar::Skinning skinning_;
   const CommandContext& context_;
 };

@@ -1,4 +1,6 @@
+#include "avatar/avatar_pose.h"
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/io/avatar_file.h"
 #include "src/commands/body_input.h"
 #include "src/commands/body_sheet.h"
 #include "src/commands/commands.h"
@@ -10,6 +12,7 @@
 #include <CLI/CLI.hpp>
 
 #include <memory>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -78,6 +81,24 @@ std::vector<PicturedBody> chosenBodies(
   return bodies;
 }
 
+/// The avatar as a viewer shows it: garments follow the body unsimulated.
+std::vector<PicturedBody> chosenAvatars(
+    const RenderOptions& options, const avatar::LayeredAvatar& dressed, const Console& console) {
+  if (!options.shapes.empty())
+    throw UsageError("--betas: an avatar has its own shape; leave it out");
+  std::vector<PicturedBody> bodies;
+  const avatar::ShapedBody shaped{dressed.body.mesh.vertices, dressed.body.joints};
+  for (const LabelledPose& pose : chosenPoses(options, shaped, console)) {
+    PicturedBody body{pose.label, avatar::posedVertices(dressed.body, pose.pose)};
+    for (const avatar::Garment& garment : dressed.garments)
+      body.garments.push_back(
+          {{avatar::posedVertices(garment, dressed.body, pose.pose), garment.mesh.faces},
+           garment.color});
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
 PictureOptions pictureOptions(const RenderOptions& options, bool isSheet) {
   PictureOptions picture;
   picture.wireframe = options.wireframe;
@@ -95,15 +116,18 @@ PictureOptions pictureOptions(const RenderOptions& options, bool isSheet) {
   return picture;
 }
 
-void render(const RenderOptions& options, const CommandContext& context) {
-  const avatar::BodyModel model = avatar::loadBody(options.body);
-  const std::vector<PicturedBody> bodies = chosenBodies(options, model, context.console);
+void render(
+    const PicturedPerson& person,
+    std::vector<PicturedBody> bodies,
+    const RenderOptions& options,
+    const CommandContext& context) {
+  const bool isSheet = options.sheet || bodies.size() > 1;
   const BodySheetRequest request{
-      .bodies = bodies,
+      .bodies = std::move(bodies),
       .views = chosenViews(options),
       .commonFloor = !options.motion.source.empty(),
-      .picture = pictureOptions(options, options.sheet || bodies.size() > 1)};
-  const ContactSheet sheet = bodySheet(model, request, context);
+      .picture = pictureOptions(options, isSheet)};
+  const ContactSheet sheet = bodySheet(person, request, context);
   const avatar::ColorImage image =
       sheet.panels.size() == 1 && !options.sheet ? sheet.panels.front() : composed(sheet);
   writePng(options.output, image);
@@ -112,8 +136,25 @@ void render(const RenderOptions& options, const CommandContext& context) {
       std::to_string(image.height) + ")");
 }
 
+void render(const RenderOptions& options, const CommandContext& context) {
+  if (options.body.ends_with(".glb")) {
+    const avatar::LayeredAvatar dressed = avatar::readAvatar(options.body);
+    render(
+        PicturedPerson(dressed.body),
+        chosenAvatars(options, dressed, context.console),
+        options,
+        context);
+    return;
+  }
+  const avatar::BodyModel model = avatar::loadBody(options.body);
+  render(PicturedPerson(model), chosenBodies(options, model, context.console), options, context);
+}
+
 void addWhatIsShown(CLI::App& verb, RenderOptions& options) {
-  verb.add_option("BODY", options.body, "'default' (the built-in body) or a body model .npz")
+  verb.add_option(
+          "BODY",
+          options.body,
+          "'default' (the built-in body), a body model .npz or an avatar .glb")
       ->capture_default_str();
   verb.add_option("-o,--output", options.output, "PNG file to write")->required();
   addShapeOption(verb, options.shapes, "rows");
@@ -152,7 +193,8 @@ void addHowItIsShown(CLI::App& verb, RenderOptions& options) {
 }  // namespace
 
 void addRender(CLI::App& program, ChosenCommand& chosen) {
-  CLI::App* verb = program.add_subcommand("render", "Picture of a body: shapes, poses, motions");
+  CLI::App* verb =
+      program.add_subcommand("render", "Picture of a body or an avatar: shapes, poses, motions");
   const auto options = std::make_shared<RenderOptions>();
   addWhatIsShown(*verb, *options);
   addHowItIsShown(*verb, *options);

@@ -1,6 +1,7 @@
 #include "src/output/body_view.h"
 
 #include "avatar/body_pose.h"
+#include "avatar/geometry/measures.h"
 
 #include <algorithm>
 #include <numeric>
@@ -20,6 +21,18 @@ const std::vector<BodyView>& bodyViews() {
       {"top", {0.0, -1.0, 0.0}, {0.0, 0.0, -1.0}},
       {"face", {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, {SmplJoint::kHead}},
       {"face-side", {-0.9, 0.0, -0.45}, {0.0, 1.0, 0.0}, {SmplJoint::kHead}},
+      {"neck",
+       {-0.4, -0.7, -1.0},
+       {0.0, 1.0, 0.0},
+       {SmplJoint::kNeck, SmplJoint::kLeftCollar, SmplJoint::kRightCollar}},
+      {"armpit",
+       {-0.7, 0.3, -0.8},
+       {0.0, 1.0, 0.0},
+       {SmplJoint::kLeftShoulder, SmplJoint::kLeftCollar}},
+      {"hips",
+       {0.0, 0.45, -1.0},
+       {0.0, 1.0, 0.0},
+       {SmplJoint::kPelvis, SmplJoint::kLeftHip, SmplJoint::kRightHip}},
       {"hand", {0.0, -0.9, -0.45}, {0.0, 1.0, 0.0}, {SmplJoint::kLeftWrist, SmplJoint::kLeftHand}},
       {"foot", {-0.7, -0.4, -0.5}, {0.0, 1.0, 0.0}, {SmplJoint::kLeftAnkle, SmplJoint::kLeftFoot}},
   };
@@ -37,11 +50,12 @@ const BodyView& bodyView(const std::string& name) {
 
 namespace {
 
-int strongestJoint(const avatar::BodyModel& model, int vertex) {
-  using Weights = decltype(model.skinningWeights);
+using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+int strongestJoint(const Weights& weights, int vertex) {
   int strongest = 0;
   double weight = 0.0;
-  for (Weights::InnerIterator it(model.skinningWeights, vertex); it; ++it) {
+  for (Weights::InnerIterator it(weights, vertex); it; ++it) {
     if (it.value() > weight) {
       weight = it.value();
       strongest = static_cast<int>(it.col());
@@ -52,10 +66,10 @@ int strongestJoint(const avatar::BodyModel& model, int vertex) {
 
 }  // namespace
 
-std::vector<int> verticesOfJoints(const avatar::BodyModel& model, const std::vector<int>& joints) {
+std::vector<int> verticesOfJoints(const Weights& weights, const std::vector<int>& joints) {
   std::vector<int> vertices;
-  for (int v = 0; v < model.skinningWeights.rows(); ++v) {
-    const int joint = strongestJoint(model, v);
+  for (int v = 0; v < weights.rows(); ++v) {
+    const int joint = strongestJoint(weights, v);
     if (joints.empty() || std::find(joints.begin(), joints.end(), joint) != joints.end())
       vertices.push_back(v);
   }
@@ -70,6 +84,10 @@ std::vector<Eigen::AlignedBox3d> framingBoxes(
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (const int v : vertices)
       boxes[i].extend(Eigen::Vector3d(bodies[i].vertices.col(v)));
+    if (static_cast<Eigen::Index>(vertices.size()) == bodies[i].vertices.cols()) {
+      for (const PicturedGarment& garment : bodies[i].garments)
+        boxes[i].extend(avatar::boundingBox(garment.mesh));
+    }
     largest = largest.cwiseMax(boxes[i].sizes());
     all.extend(boxes[i]);
   }
@@ -96,7 +114,8 @@ void PictureOptions::validate() const {
 }
 
 avatar::ColorImage picture(
-    const avatar::MeshView& mesh,
+    const PicturedPerson& person,
+    const PicturedBody& pictured,
     const BodyView& view,
     const Eigen::AlignedBox3d& box,
     const PictureOptions& options) {
@@ -112,9 +131,19 @@ avatar::ColorImage picture(
       .cy = 0.5 * (options.height - 1)};
   const avatar::Camera camera = avatar::frameBox(
       lens, box, {.viewDirection = view.direction.normalized(), .up = view.up, .margin = 0.04});
-  const avatar::ShadedMesh body{
-      .mesh = mesh, .color = options.color, .wireframe = options.wireframe};
-  return avatar::shade(body, camera, {.supersampling = options.supersampling});
+  std::vector<avatar::ShadedMesh> meshes;
+  meshes.push_back(
+      {.mesh = {pictured.vertices, person.faces},
+       .color = options.color,
+       .wireframe = options.wireframe});
+  constexpr double kInside = 0.6;  // the inside of fabric is darker
+  for (const PicturedGarment& garment : pictured.garments)
+    meshes.push_back(
+        {.mesh = garment.mesh,
+         .color = garment.color,
+         .backColor = Eigen::Vector3d(kInside * garment.color),
+         .wireframe = options.wireframe});
+  return avatar::shade(meshes, camera, {.supersampling = options.supersampling});
 }
 
 }  // namespace simulcap

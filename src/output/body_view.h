@@ -1,9 +1,12 @@
 #pragma once
 
 #include "avatar/body_model.h"
+#include "avatar/geometry/mesh.h"
 #include "avatar/geometry/shading.h"
+#include "avatar/layered_avatar.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/SparseCore>
 
 #include <string>
 #include <vector>
@@ -18,25 +21,46 @@ struct BodyView {
   std::vector<int> joints = {};  ///< the parts shown, as SMPL joints; none: the whole body
 };
 
-/// front, back, side, right-side, three-quarter, three-quarter-back, top, face, face-side, hand,
-/// foot.
+/// front, back, side, right-side, three-quarter, three-quarter-back, top, face, face-side, neck,
+/// armpit, hips, hand, foot.
 const std::vector<BodyView>& bodyViews();
 
 /// Throws std::invalid_argument for an unknown name.
 const BodyView& bodyView(const std::string& name);
 
-/// A body as it is at one moment.
+/// Who is pictured: what its bodies have in common. Valid as long as both matrices are.
+struct PicturedPerson {
+  const Eigen::Matrix3Xi& faces;                                        ///< of the body, 3 × F
+  const Eigen::SparseMatrix<double, Eigen::RowMajor>& skinningWeights;  ///< V × J
+
+  explicit PicturedPerson(const avatar::BodyModel& model)
+      : faces(model.faces), skinningWeights(model.skinningWeights) {}
+
+  explicit PicturedPerson(const avatar::AvatarBody& body)
+      : faces(body.mesh.faces), skinningWeights(body.skinningWeights) {}
+};
+
+/// A garment as it is at one moment.
+struct PicturedGarment {
+  avatar::TriangleMesh mesh;
+  Eigen::Vector3d color;
+};
+
+/// A person as it is at one moment.
 struct PicturedBody {
-  std::string label;          ///< for the caption
-  Eigen::Matrix3Xd vertices;  ///< 3 × V [m]
+  std::string label;                           ///< for the caption
+  Eigen::Matrix3Xd vertices;                   ///< 3 × V [m]
+  std::vector<PicturedGarment> garments = {};  ///< what it wears
 };
 
 /// The vertices whose strongest skinning weight is on one of the joints (all for an empty list).
-std::vector<int> verticesOfJoints(const avatar::BodyModel& model, const std::vector<int>& joints);
+std::vector<int> verticesOfJoints(
+    const Eigen::SparseMatrix<double, Eigen::RowMajor>& skinningWeights,
+    const std::vector<int>& joints);
 
-/// What a view shows of each body: boxes of one size, so that all are pictured at one scale, each
-/// centred on its body. `commonFloor`: all at the height where they are (a jump stays visible)
-/// instead of standing on the lower edge.
+/// What a view shows of each body: boxes of one size around the vertices (and the garments, when
+/// these are all), so that all are pictured at one scale, each centred on its body. `commonFloor`:
+/// all at the height where they are (a jump stays visible) instead of standing on the lower edge.
 std::vector<Eigen::AlignedBox3d> framingBoxes(
     const std::vector<PicturedBody>& bodies, const std::vector<int>& vertices, bool commonFloor);
 
@@ -51,9 +75,10 @@ struct PictureOptions {
   void validate() const;
 };
 
-/// A body (vertices with the model's faces) seen by a long lens so that the box fills the picture.
+/// A person seen by a long lens so that the box fills the picture.
 avatar::ColorImage picture(
-    const avatar::MeshView& mesh,
+    const PicturedPerson& person,
+    const PicturedBody& body,
     const BodyView& view,
     const Eigen::AlignedBox3d& box,
     const PictureOptions& options);

@@ -1,9 +1,10 @@
 // write_client_samples FOLDER: what simulcap writes, small, for other people's programs to read.
+#include "avatar/avatar_pose.h"
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/io/avatar_file.h"
 #include "avatar/io/performance_file.h"
 #include "avatar/motion_clips.h"
-#include "tests/support/sample_avatar.h"
+#include "avatar/wardrobe/outfit.h"
 
 #include <iostream>
 #include <string>
@@ -15,7 +16,10 @@ int main(int argc, char** argv) {
   }
   const std::string folder = argv[1];
   const Eigen::VectorXd& betas = avatar::bodyPresets().front().betas;
-  const avatar::LayeredAvatar dressed = avatar::test::dressedAvatar(avatar::defaultBody(), betas);
+  const avatar::LayeredAvatar dressed =
+      avatar::dressed(
+          avatar::defaultBody(), betas, {.wardrobe = {{.name = "skirt"}, {.name = "tshirt"}}})
+          .avatar;
   avatar::writeAvatar(folder + "/avatar.glb", dressed);
   const avatar::Motion motion = avatar::makeClip("walk", {.framesPerSecond = 10.0});
   avatar::writePerformanceGlb(

@@ -86,24 +86,29 @@ void expectOver(const Garment& outer, const Garment& inner) {
   }
 }
 
-struct Outfit {
+/// Inner ones first, as they are named.
+std::vector<Garment> garmentsFor(
+    const Eigen::VectorXd& betas, const std::vector<std::string>& names) {
+  const DressingBody body = standForDressing(defaultBody(), betas);
+  std::vector<Garment> garments;
+  for (const std::string& name : names)
+    garments.push_back(makeGarment({.name = name}, body, garments));
+  return garments;
+}
+
+struct Wearer {
   std::string shape;
   std::vector<std::string> names;
 };
 
-class Wardrobe : public testing::TestWithParam<Outfit> {};
+class Wardrobe : public testing::TestWithParam<Wearer> {};
 
 TEST_P(Wardrobe, FitsTheBody) {
   const Eigen::VectorXd betas = betasOf(GetParam().shape);
-  std::vector<GarmentOrder> orders;
-  for (const std::string& name : GetParam().names)
-    orders.push_back({.name = name});
-  const std::vector<Garment> garments = makeGarments(defaultBody(), betas, orders);
-  ASSERT_EQ(garments.size(), orders.size());
+  const std::vector<Garment> garments = garmentsFor(betas, GetParam().names);
   const Eigen::Matrix3Xd body = posedVertices(defaultBody(), betas, garments.front().bindPose);
   const SignedDistance skin(MeshView(body, defaultBody().faces));
   for (std::size_t i = 0; i < garments.size(); ++i) {
-    EXPECT_EQ(garments[i].layer, static_cast<int>(i));
     expectGoodMesh(garments[i], 0.02);
     expectOutside(garments[i], skin);
     for (std::size_t below = 0; below < i; ++below)
@@ -111,7 +116,7 @@ TEST_P(Wardrobe, FitsTheBody) {
   }
 }
 
-std::string outfitName(const testing::TestParamInfo<Outfit>& info) {
+std::string outfitName(const testing::TestParamInfo<Wearer>& info) {
   std::string name = info.param.shape;
   for (const std::string& garment : info.param.names)
     name += "_" + garment;
@@ -122,20 +127,20 @@ INSTANTIATE_TEST_SUITE_P(
     Outfits,
     Wardrobe,
     testing::Values(
-        Outfit{"mean", {"tshirt", "trousers"}},
-        Outfit{"mean", {"skirt", "shirt"}},
-        Outfit{"mean", {"shorts", "dress"}},
-        Outfit{"heavy", {"tshirt", "trousers"}},
-        Outfit{"heavy", {"skirt", "shirt"}},
-        Outfit{"heavy", {"shorts", "dress"}},
-        Outfit{"slender", {"tshirt", "trousers"}},
-        Outfit{"slender", {"skirt", "shirt"}},
-        Outfit{"slender", {"shorts", "dress"}},
-        Outfit{"female", {"trousers", "tshirt", "shirt"}}),
+        Wearer{"mean", {"trousers", "tshirt"}},
+        Wearer{"mean", {"skirt", "shirt"}},
+        Wearer{"mean", {"shorts", "dress"}},
+        Wearer{"heavy", {"trousers", "tshirt"}},
+        Wearer{"heavy", {"skirt", "shirt"}},
+        Wearer{"heavy", {"shorts", "dress"}},
+        Wearer{"slender", {"trousers", "tshirt"}},
+        Wearer{"slender", {"skirt", "shirt"}},
+        Wearer{"slender", {"shorts", "dress"}},
+        Wearer{"female", {"trousers", "tshirt", "shirt"}}),
     outfitName);
 
 Garment made(const GarmentOrder& order) {
-  return makeGarments(defaultBody(), betasOf("mean"), {order}).front();
+  return makeGarment(order, standForDressing(defaultBody(), betasOf("mean")));
 }
 
 TEST(WardrobePieces, EaseIsTheRoomAtTheChest) {
@@ -177,19 +182,6 @@ TEST(WardrobePieces, WaistbandsArePinnedNecklinesAreNot) {
   EXPECT_GT(shirt.maxDistance.minCoeff(), 0.0);
 }
 
-TEST(WardrobePieces, OrderOfTheRequestDoesNotMatter) {
-  const auto first =
-      makeGarments(defaultBody(), betasOf("mean"), {{.name = "tshirt"}, {.name = "shorts"}});
-  const auto second =
-      makeGarments(defaultBody(), betasOf("mean"), {{.name = "shorts"}, {.name = "tshirt"}});
-  ASSERT_EQ(first.size(), 2U);
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    EXPECT_EQ(first[i].name, second[i].name);
-    EXPECT_EQ(first[i].mesh.vertices, second[i].mesh.vertices);
-    EXPECT_EQ(first[i].mesh.faces, second[i].mesh.faces);
-  }
-}
-
 TEST(WardrobePieces, FollowsTheBodyIntoItsBindPose) {
   // Skinned like the body, the garment moves with it: in the bind pose it is where it was made.
   const Garment shirt = made({.name = "tshirt"});
@@ -213,12 +205,9 @@ TEST(WardrobePieces, RefusesWhatCannotBeMade) {
   EXPECT_THROW(made({.name = "toga"}), std::invalid_argument);
   EXPECT_THROW(made({.name = "skirt", .ease = 0.5}), std::invalid_argument);
   EXPECT_THROW(made({.name = "skirt", .edgeLength = 0.0}), std::invalid_argument);
-  EXPECT_THROW(
-      makeGarments(defaultBody(), betasOf("mean"), {{.name = "skirt"}, {.name = "skirt"}}),
-      std::invalid_argument);
   BodyModel lying = defaultBody();
   lying.templateVertices.row(1).swap(lying.templateVertices.row(2));
-  EXPECT_THROW(makeGarments(lying, betasOf("mean"), {{.name = "skirt"}}), std::invalid_argument);
+  EXPECT_THROW(standForDressing(lying, betasOf("mean")), std::invalid_argument);
 }
 
 }  // namespace
