@@ -15,7 +15,7 @@ class TemporaryFolder {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = std::filesystem::temp_directory_path() /
               (std::string("simulcap_") + test->test_suite_name() + "_" + test->name() + "_" +
-               std::to_string(::getpid()));
+               std::to_string(::getpid()) + "_" + std::to_string(count()++));
     std::filesystem::create_directories(folder_);
   }
 
@@ -32,6 +32,12 @@ class TemporaryFolder {
   std::string path(const std::string& name = "") const { return (folder_ / name).string(); }
 
  private:
+  /// Folders of this process so far: a test may have several.
+  static int& count() {
+    static int made = 0;
+    return made;
+  }
+
   std::filesystem::path folder_;
 };
 
