@@ -1,0 +1,120 @@
+#pragma once
+
+#include "bullet_ext/core/cloth_mesh.h"
+#include "bullet_ext/core/cloth_state.h"
+#include "bullet_ext/core/cloth_stepper.h"
+#include "bullet_ext/core/external_force.h"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace bullet_ext {
+
+/// How a frame is divided.
+struct FrameTiming {
+  double duration = 1.0 / 30.0;  ///< of the frame [s], 1e-6 … 1
+  int substeps = 100;            ///< 1 … 1000000
+
+  double substepDuration() const { return duration / substeps; }
+
+  /// Throws std::invalid_argument that names the field outside its range.
+  void validate() const;
+};
+
+/// Something that corrects positions and velocities after every substep: contact with a body, with
+/// other cloth, with rigid bodies; a strain limit. What a scene doesn't name isn't there.
+class SubstepConstraint {
+ public:
+  virtual ~SubstepConstraint() = default;
+
+  /// Before the first substep; `states` in the order of the simulation's cloths. Called again when
+  /// a frame is redone from its start with other substeps.
+  virtual void beginFrame(std::span<const ClothState> states, const FrameTiming& timing) = 0;
+
+  /// After all cloths have moved through substep `substep` (0 …).
+  virtual void resolve(std::span<ClothState> states, int substep) = 0;
+};
+
+/// Where pins are at the end of a frame; on the way they move on straight lines.
+struct PinTargets {
+  std::vector<int> vertices;   ///< solver order, pins of the mesh
+  Eigen::Matrix3Xd positions;  ///< 3 × number of vertices [m]
+};
+
+/// What happened in a frame.
+struct FrameReport {
+  int substeps = 0;    ///< that the frame was done with
+  int redone = 0;      ///< times it was rolled back and redone with twice the substeps
+  bool stable = true;  ///< false: blown up even with the most substeps; the states are those before
+  double kineticEnergy = 0.0;  ///< of all cloths at the end [J]
+  double largestSpeed = 0.0;   ///< of all vertices at the end [m/s]
+};
+
+struct SimulationOptions {
+  StepperOptions stepper;
+  Integrator integrator = Integrator::kSemiImplicitEuler;
+  /// A frame in which a vertex ends up faster than this has blown up [m/s], > 0.
+  double plausibleSpeed = 200.0;
+  int mostRedos = 4;  ///< 0 … 10: substeps are doubled up to this often
+
+  /// Throws std::invalid_argument that names the field outside its range.
+  void validate() const;
+};
+
+/// Cloths that live together: steps all of them through a frame, substep by substep, lets
+/// constraints correct them, and takes back a frame that blew up. Owns cloths and constraints;
+/// external forces are the caller's and outlive it. Deterministic for any number of threads.
+class ClothSimulation {
+ public:
+  explicit ClothSimulation(const SimulationOptions& options = {});
+
+  /// A cloth at rest in its rest shape; returns its index.
+  int addCloth(ClothMesh mesh);
+
+  void addForce(int cloth, const ExternalForce& force);
+
+  /// Constraints resolve in the order in which they were added.
+  void addConstraint(std::unique_ptr<SubstepConstraint> constraint);
+
+  int numCloths() const { return static_cast<int>(states_.size()); }
+
+  const ClothMesh& mesh(int cloth) const {
+    return steppers_[static_cast<std::size_t>(cloth)].mesh();
+  }
+
+  const ClothState& state(int cloth) const { return states_[static_cast<std::size_t>(cloth)]; }
+
+  std::span<const ClothState> states() const { return states_; }
+
+  /// Throws std::invalid_argument for sizes other than the mesh's or values that aren't finite.
+  void setState(int cloth, ClothState state);
+
+  void setPinTargets(int cloth, PinTargets targets);
+
+  /// Other damping than the material's from now on, as for fitting.
+  void setDamping(int cloth, DampingMode mode, double damping);
+
+  /// Moves everything through a frame.
+  FrameReport advance(const FrameTiming& timing);
+
+ private:
+  void runSubsteps(const FrameTiming& timing);
+  void aimPins(const FrameTiming& timing);
+  void placePins();
+  bool isPlausible() const;
+
+  SimulationOptions options_;
+  std::vector<ClothStepper> steppers_;
+  std::vector<ClothState> states_;
+  std::vector<std::vector<const ExternalForce*>> forces_;
+  std::vector<PinTargets> pinTargets_;
+  std::vector<std::unique_ptr<SubstepConstraint>> constraints_;
+};
+
+/// Largest speed of a vertex [m/s].
+double largestSpeed(const ClothState& state);
+
+}  // namespace bullet_ext
