@@ -1,7 +1,9 @@
 #include "bullet_ext/core/cloth_stepper.h"
+#include "bullet_ext/core/depth_fitting_force.h"
 #include "bullet_ext/core/spring_force.h"
 #include "bullet_ext/core/torsion_force.h"
 #include "src/reference/cloth.h"
+#include "src/reference/depth_force.h"
 #include "tests/bullet_ext/core/cloth_shapes.h"
 
 #include <gtest/gtest.h>
@@ -225,6 +227,51 @@ TEST_P(Agreement, trajectoriesOverAQuarterSecond) {
       report("rms_m", difference);
       EXPECT_LT(difference, 1e-5);
     }
+  }
+}
+
+TEST(AgreementOfDepthForces, ringsInBothModes) {
+  const Pair pair = pairOf(equilateralSheet(12, 12, 0.02), literal("middle"));
+  std::vector<bullet_ext::DepthTarget> targets;
+  std::vector<reference::DepthPull> pulls;
+  for (int v = 0; v < 144; v += 2) {
+    bullet_ext::DepthTarget target = {.vertex = v, .numPoints = 1 + v % 9, .blend = 0.7F};
+    reference::DepthPull pull = {.vertex = v, .blend = static_cast<double>(target.blend)};
+    for (int i = 0; i < target.numPoints; ++i) {
+      const Eigen::Vector3d offset = {
+          0.003 * (i % 3 - 1), 0.003 * (i / 3 - 1), 0.025 * std::sin(1.0 + v)};
+      target.points.col(i) =
+          (pair.cloth.vertices[static_cast<std::size_t>(v)].position + offset).cast<float>();
+      target.weights[i] = 1.0F / static_cast<float>(target.numPoints);
+      pull.points.emplace_back(target.points.col(i).cast<double>());
+      pull.weights.push_back(static_cast<double>(target.weights[i]));
+    }
+    targets.push_back(target);
+    pulls.push_back(pull);
+  }
+  ClothState state = bullet_ext::restState(pair.mesh);
+  reference::Cloth cloth = pair.cloth;
+  copyState(state, cloth);
+  const double duration = 1.0 / 3000.0;
+  for (const bool tapered : {false, true}) {
+    bullet_ext::DepthForceOptions options;
+    options.mode =
+        tapered ? bullet_ext::DepthForceMode::kTapered : bullet_ext::DepthForceMode::kLiteral;
+    Eigen::Matrix4Xf forces = Eigen::Matrix4Xf::Zero(4, 144);
+    bullet_ext::DepthFittingForce(pair.mesh, targets, duration, options)
+        .addTo(forces, state, {0, 144});
+    reference::Forces expected = reference::noForces(cloth);
+    reference::DepthForceOptions same = {.largestDistance = options.largestDistance};
+    if (tapered) {
+      same.largestDistance = bullet_ext::stableDepthDistance(options, 0.001, duration);
+      same.softening = options.softening;
+    }
+    reference::addDepthForces(cloth, pulls, same, expected);
+    report("depth_N", largestDifference(forces, asMatrix(expected)));
+    // Forces of up to 41 N. Distances of points up to 0.25 m from the origin are rounded by 2^-24
+    // of that, which γ = 240/m turns into a relative 4e-6 of the force.
+    EXPECT_LT(largestDifference(forces, asMatrix(expected)), 4e-6 * 41.0);
+    EXPECT_GT(asMatrix(expected).norm(), 100.0);
   }
 }
 
