@@ -1,0 +1,28 @@
+#pragma once
+
+#include "bullet_ext/core/cloth_mesh.h"
+#include "bullet_ext/core/cloth_state.h"
+
+namespace bullet_ext {
+
+struct StrainLimitOptions {
+  /// Springs may be longer than at rest by this part of their length, 0.001 … 10; Provot's 10 %.
+  double limit = 0.1;
+  int passes =
+      1;  ///< over all springs, 1 … 100; one, as Provot has it, leaves a part of the excess
+
+  /// Throws std::invalid_argument that names the field outside its range.
+  void validate() const;
+};
+
+/// After Provot 1995: cloth that is soft at first and then hardly stretches, without the small
+/// substeps of a stiff spring. To be called after a substep. Every spring beyond the limit is
+/// pulled back to it, its ends in inverse proportion to their masses (so their common centre stays)
+/// or the free one alone, and they stop moving apart: an inelastic pull, which keeps momentum and
+/// takes kinetic energy. Springs are visited in their order and see what earlier
+/// ones did (Gauss–Seidel), so the result is the same every time, and a long excess spreads over
+/// several calls. A spring between two pins stays. Returns how many springs were pulled back in the
+/// last pass. Throws std::invalid_argument for invalid options or a state of another mesh.
+int limitStrain(const ClothMesh& mesh, ClothState& state, const StrainLimitOptions& options = {});
+
+}  // namespace bullet_ext
