@@ -2,6 +2,14 @@
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Threads REQUIRED)
 find_package(GTest REQUIRED)
+# By hand: Debian's Bullet CMake file names libraries without their folder. Single precision.
+find_path(Bullet_INCLUDE_DIR btBulletDynamicsCommon.h PATH_SUFFIXES bullet REQUIRED)
+add_library(bullet INTERFACE IMPORTED)
+target_include_directories(bullet SYSTEM INTERFACE "${Bullet_INCLUDE_DIR}")
+foreach(library BulletSoftBody BulletDynamics BulletCollision LinearMath)
+  find_library(${library}_LIBRARY ${library} REQUIRED)
+  target_link_libraries(bullet INTERFACE "${${library}_LIBRARY}")
+endforeach()
 
 if(NOT SIMULCAP_CORE_ONLY)
   find_package(OpenMesh REQUIRED)
