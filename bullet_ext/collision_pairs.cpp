@@ -9,10 +9,9 @@
 namespace bullet_ext {
 namespace {
 
-bool isOurs(const btCollisionObjectWrapper& wrapper) {
-  const btCollisionObject* object = wrapper.getCollisionObject();
-  return dynamic_cast<const ClothBody*>(object) != nullptr ||
-         object->getCollisionShape()->getShapeType() == FAST_CONCAVE_MESH_PROXYTYPE;
+bool isOurs(const btCollisionObject& object) {
+  return dynamic_cast<const ClothBody*>(&object) != nullptr ||
+         object.getCollisionShape()->getShapeType() == FAST_CONCAVE_MESH_PROXYTYPE;
 }
 
 /// Makes no contacts for our pairs and leaves the others to Bullet.
@@ -24,7 +23,7 @@ class Selection final : public btCollisionAlgorithmCreateFunc {
       btCollisionAlgorithmConstructionInfo& info,
       const btCollisionObjectWrapper* wrapper0,
       const btCollisionObjectWrapper* wrapper1) override {
-    return isOurs(*wrapper0) || isOurs(*wrapper1)
+    return isOurs(*wrapper0->getCollisionObject()) || isOurs(*wrapper1->getCollisionObject())
                ? none_.CreateCollisionAlgorithm(info, wrapper0, wrapper1)
                : stock_.CreateCollisionAlgorithm(info, wrapper0, wrapper1);
   }
@@ -49,7 +48,5 @@ CollisionPairs::CollisionPairs(btCollisionDispatcher& dispatcher) {
       select(type, SOFTBODY_SHAPE_PROXYTYPE);
   }
 }
-
-CollisionPairs::~CollisionPairs() = default;
 
 }  // namespace bullet_ext

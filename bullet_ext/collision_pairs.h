@@ -17,9 +17,6 @@ class CollisionPairs {
  public:
   /// For all pairs that meet from now on. Must live as long as the dispatcher is used.
   explicit CollisionPairs(btCollisionDispatcher& dispatcher);
-  ~CollisionPairs();
-  CollisionPairs(const CollisionPairs&) = delete;
-  CollisionPairs& operator=(const CollisionPairs&) = delete;
 
  private:
   std::vector<std::unique_ptr<btCollisionAlgorithmCreateFunc>> functions_;

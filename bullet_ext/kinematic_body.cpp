@@ -120,6 +120,7 @@ void setSurfaceMotion(
   point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
 }
 
+// NOLINTNEXTLINE(readability-function-size): Bullet's signature
 bool onContactAdded(
     btManifoldPoint& point,
     const btCollisionObjectWrapper* wrapper0,

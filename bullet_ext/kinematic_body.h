@@ -26,6 +26,8 @@ class KinematicBody {
   ~KinematicBody();
   KinematicBody(const KinematicBody&) = delete;
   KinematicBody& operator=(const KinematicBody&) = delete;
+  KinematicBody(KinematicBody&&) = delete;
+  KinematicBody& operator=(KinematicBody&&) = delete;
 
   /// For friction and the like. It doesn't have a pose of its own: its transform stays the
   /// identity.
