@@ -1,3 +1,4 @@
+#include "bullet_ext/core/contact_kernels.h"
 #include "bullet_ext/core/wide_kernels.h"
 
 #include <stdexcept>
@@ -11,6 +12,10 @@ void computeWideForces(const WideDomain& /*domain*/, const float* /*positions*/,
 
 void integrateWide(const WideDomain& /*domain*/, const WideSubstep& /*substep*/) {
   throw std::logic_error("integrateWide: not for this processor");
+}
+
+const ContactKernels& wideContactKernels() {
+  return portableContactKernels();
 }
 
 }  // namespace bullet_ext
