@@ -49,11 +49,13 @@ std::string degrees(double radians) {
 }
 
 /// All meshes whose pose is not known, in one.
-TriangleMesh poseless(const std::vector<ModelledGarment>& garments) {
+TriangleMesh poseless(const std::vector<OutfitPiece>& pieces) {
   TriangleMesh all;
-  for (const ModelledGarment& garment : garments) {
-    if (garment.pose)
+  for (const OutfitPiece& piece : pieces) {
+    const auto* modelled = std::get_if<ModelledGarment>(&piece);
+    if (modelled == nullptr || modelled->pose)
       continue;
+    const ModelledGarment& garment = *modelled;
     const Eigen::Index numVertices = all.numVertices();
     const Eigen::Index numFaces = all.numFaces();
     all.vertices.conservativeResize(3, numVertices + garment.mesh.numVertices());
@@ -80,7 +82,11 @@ class Dresser {
 
   Piece piece(const GarmentOrder& order) const {
     order.validate();
-    return {order.name, wardrobePiece(order.name).rank, &order, nullptr};
+    return {
+        order.label.empty() ? order.name : order.label,
+        wardrobePiece(order.name).rank,
+        &order,
+        nullptr};
   }
 
   /// `found`: the pose of those that don't know theirs.
@@ -94,8 +100,8 @@ class Dresser {
   }
 
   /// The pose in which all garments were modelled that don't say it.
-  BodyPose foundPose(const std::vector<ModelledGarment>& garments) {
-    const TriangleMesh together = poseless(garments);
+  BodyPose foundPose(const std::vector<OutfitPiece>& pieces) {
+    const TriangleMesh together = poseless(pieces);
     if (together.numFaces() == 0)
       return aPose();
     const ConstructionPose found = fitConstructionPose(model_, betas_, together);
@@ -187,16 +193,19 @@ void requireDifferentNames(const std::vector<Piece>& pieces) {
 
 DressedAvatar dressed(const BodyModel& model, const Eigen::VectorXd& betas, const Outfit& outfit) {
   Dresser dresser(model, betas);
+  const BodyPose found = dresser.foundPose(outfit.pieces);
   std::vector<Piece> pieces;
-  pieces.reserve(outfit.wardrobe.size() + outfit.modelled.size());
-  for (const GarmentOrder& order : outfit.wardrobe)
-    pieces.push_back(dresser.piece(order));
-  const BodyPose found = dresser.foundPose(outfit.modelled);
-  for (const ModelledGarment& modelled : outfit.modelled)
-    pieces.push_back(dresser.piece(modelled, found));
-  std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
-    return a.rank != b.rank ? a.rank < b.rank : a.name < b.name;
-  });
+  pieces.reserve(outfit.pieces.size());
+  for (const OutfitPiece& piece : outfit.pieces) {
+    if (const auto* order = std::get_if<GarmentOrder>(&piece))
+      pieces.push_back(dresser.piece(*order));
+    else
+      pieces.push_back(dresser.piece(std::get<ModelledGarment>(piece), found));
+  }
+  if (outfit.order == LayerOrder::kByKind)
+    std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
+      return a.rank != b.rank ? a.rank < b.rank : a.name < b.name;
+    });
   requireDifferentNames(pieces);
   for (const Piece& piece : pieces)
     dresser.putOn(piece);

@@ -11,6 +11,7 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace avatar {
@@ -25,10 +26,17 @@ struct ModelledGarment {
   std::optional<BodyPose> pose = {};
 };
 
-/// What somebody wears, in any order.
+using OutfitPiece = std::variant<GarmentOrder, ModelledGarment>;
+
+enum class LayerOrder {
+  kByKind,   ///< lower garments below upper ones, loose ones over tight ones
+  kAsListed  ///< inner ones first
+};
+
+/// What somebody wears.
 struct Outfit {
-  std::vector<GarmentOrder> wardrobe = {};
-  std::vector<ModelledGarment> modelled = {};
+  std::vector<OutfitPiece> pieces;
+  LayerOrder order = LayerOrder::kByKind;
 };
 
 struct DressedAvatar {

@@ -155,7 +155,7 @@ Garment makeGarment(
   const PieceRecipe& made = recipe(order.name);
   const PatternInput input{body, inner, order.ease.value_or(made.piece.ease)};
   Garment garment;
-  garment.name = order.name;
+  garment.name = order.label.empty() ? order.name : order.label;
   garment.color = made.color;
   garment.mesh = sewn(
       made.pattern(input), roomAround(body), LayersBelow(body.mesh(), inner), order.edgeLength);

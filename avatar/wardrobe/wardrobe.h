@@ -29,6 +29,7 @@ struct GarmentOrder {
   std::optional<double> ease =
       {};                    ///< room between skin and fabric at chest and hips [m], 0.005 … 0.15
   double edgeLength = 0.02;  ///< target of the mesh [m], 0.008 … 0.05
+  std::string label = {};    ///< name of the garment; empty: `name`
 
   /// Throws std::invalid_argument naming the value that is unknown or out of its range.
   void validate() const;

@@ -33,5 +33,6 @@ void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
+void addSimulate(CLI::App& program, ChosenCommand& chosen);
 
 }  // namespace simulcap

@@ -59,19 +59,27 @@ avatar::ModelledGarment readGarment(
   return garment;
 }
 
-avatar::Outfit readOutfit(const DressOptions& options, const Console& console) {
-  avatar::Outfit outfit;
-  for (const std::string& text : options.wear)
-    outfit.wardrobe.push_back(parseOrder(text, options.edgeLength));
-  for (const std::string& path : options.files)
-    outfit.modelled.push_back(readGarment(path, options, console));
-  for (std::size_t i = 1; i < outfit.wardrobe.size(); ++i) {
+void requireDifferentCuts(const std::vector<avatar::GarmentOrder>& orders) {
+  for (std::size_t i = 1; i < orders.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (outfit.wardrobe[i].name == outfit.wardrobe[j].name)
-        throw UsageError("--wear: " + outfit.wardrobe[i].name + " is named twice");
+      if (orders[i].name == orders[j].name)
+        throw UsageError("--wear: " + orders[i].name + " is named twice");
     }
   }
-  if (outfit.wardrobe.empty() && outfit.modelled.empty())
+}
+
+avatar::Outfit readOutfit(const DressOptions& options, const Console& console) {
+  std::vector<avatar::GarmentOrder> orders;
+  orders.reserve(options.wear.size());
+  for (const std::string& text : options.wear)
+    orders.push_back(parseOrder(text, options.edgeLength));
+  requireDifferentCuts(orders);
+  avatar::Outfit outfit;
+  for (const avatar::GarmentOrder& order : orders)
+    outfit.pieces.emplace_back(order);
+  for (const std::string& path : options.files)
+    outfit.pieces.emplace_back(readGarment(path, options, console));
+  if (outfit.pieces.empty())
     throw UsageError("name something to wear: --wear NAME or --garment FILE");
   return outfit;
 }

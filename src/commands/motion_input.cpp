@@ -1,52 +1,20 @@
 #include "src/commands/motion_input.h"
 
-#include "avatar/io/file_error.h"
-#include "avatar/io/motion_file.h"
-#include "avatar/motion_clips.h"
 #include "src/commands/commands.h"
 #include "src/program/console.h"
+#include "src/simulation/motion_source.h"
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <utility>
 
 namespace simulcap {
 namespace {
-
-std::string clipList() {
-  std::string names;
-  for (const std::string_view name : avatar::clipNames())
-    names += (names.empty() ? "" : ", ") + std::string(name);
-  return names;
-}
-
-bool isClip(const std::string& name) {
-  const std::vector<std::string_view>& names = avatar::clipNames();
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 avatar::UpAxis upAxis(const std::string& text) {
   if (text == "z")
     return avatar::UpAxis::kZ;
   return text == "y" ? avatar::UpAxis::kY : avatar::UpAxis::kAuto;
-}
-
-avatar::Motion loadMotion(
-    const MotionRequest& request, const avatar::RestSkeleton& body, const Console& console) {
-  if (isClip(request.source))
-    return avatar::makeClip(request.source, {.body = body});
-  const std::string extension = std::filesystem::path(request.source).extension();
-  if (extension != ".bvh" && extension != ".npz" && !std::filesystem::exists(request.source))
-    throw avatar::FileError(
-        request.source, "", "neither a built-in clip (" + clipList() + ") nor a .npz or .bvh file");
-  avatar::MotionFile file =
-      avatar::readMotion(request.source, {.up = upAxis(request.upAxis), .body = body});
-  for (const std::string& warning : file.warnings)
-    console.warn(warning);
-  return std::move(file.motion);
 }
 
 /// Numbers of the asked frames; defaultCount of them, evenly spread, if none were asked for.
@@ -89,19 +57,16 @@ void addMotionOptions(CLI::App& verb, MotionRequest& request) {
       ->needs("--motion");
 }
 
-avatar::RestSkeleton restSkeleton(const avatar::ShapedBody& body) {
-  avatar::RestSkeleton skeleton;
-  skeleton.joints = body.joints.leftCols<avatar::kNumSmplJoints>();
-  skeleton.floorHeight = body.vertices.row(1).minCoeff();
-  return skeleton;
-}
-
 std::vector<LabelledPose> motionPoses(
     const MotionRequest& request,
     const avatar::ShapedBody& body,
     int defaultCount,
     const Console& console) {
-  const avatar::Motion motion = loadMotion(request, restSkeleton(body), console);
+  const avatar::MotionFile file =
+      loadMotion(request.source, restSkeleton(body), upAxis(request.upAxis));
+  for (const std::string& warning : file.warnings)
+    console.warn(warning);
+  const avatar::Motion& motion = file.motion;
   const int numFrames = static_cast<int>(motion.frames.size());
   std::vector<LabelledPose> poses;
   for (const int frame : chosenFrames(request, numFrames, defaultCount)) {

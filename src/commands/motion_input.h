@@ -1,7 +1,6 @@
 #pragma once
 
 #include "avatar/body_pose.h"
-#include "avatar/skeleton.h"
 #include "avatar/skinning.h"
 
 #include <string>
@@ -29,9 +28,6 @@ struct LabelledPose {
   std::string label;
   avatar::BodyPose pose;
 };
-
-/// What a motion has to know of the body that performs it: rest joints and the height of the soles.
-avatar::RestSkeleton restSkeleton(const avatar::ShapedBody& body);
 
 /// The asked frames as performed by the body; `defaultCount` frames, evenly spread, if none were
 /// asked for. What had to be repaired in a file goes to the

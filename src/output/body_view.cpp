@@ -85,7 +85,7 @@ std::vector<Eigen::AlignedBox3d> framingBoxes(
     for (const int v : vertices)
       boxes[i].extend(Eigen::Vector3d(bodies[i].vertices.col(v)));
     if (static_cast<Eigen::Index>(vertices.size()) == bodies[i].vertices.cols()) {
-      for (const PicturedGarment& garment : bodies[i].garments)
+      for (const PicturedMesh& garment : bodies[i].garments)
         boxes[i].extend(avatar::boundingBox(garment.mesh));
     }
     largest = largest.cwiseMax(boxes[i].sizes());
@@ -113,14 +113,11 @@ void PictureOptions::validate() const {
       color.minCoeff() >= 0.0 && color.maxCoeff() <= 1.0, "colour channels must be within 0 to 1");
 }
 
-avatar::ColorImage picture(
-    const PicturedPerson& person,
-    const PicturedBody& pictured,
-    const BodyView& view,
-    const Eigen::AlignedBox3d& box,
-    const PictureOptions& options) {
-  options.validate();
-  // As from about six metres: the proportions that a person is used to see.
+namespace {
+
+/// As from about six metres: the proportions that a person is used to see.
+avatar::Camera longLens(
+    const BodyView& view, const Eigen::AlignedBox3d& box, const PictureOptions& options) {
   const double focalLength = 3.0 * std::max(options.width, options.height);
   const avatar::Camera lens{
       .width = options.width,
@@ -129,21 +126,52 @@ avatar::ColorImage picture(
       .fy = focalLength,
       .cx = 0.5 * (options.width - 1),
       .cy = 0.5 * (options.height - 1)};
-  const avatar::Camera camera = avatar::frameBox(
+  return avatar::frameBox(
       lens, box, {.viewDirection = view.direction.normalized(), .up = view.up, .margin = 0.04});
+}
+
+void addShaded(
+    const std::vector<PicturedMesh>& pictured,
+    const PictureOptions& options,
+    std::vector<avatar::ShadedMesh>& meshes) {
+  constexpr double kInside = 0.6;  // the inside of fabric is darker
+  for (const PicturedMesh& thing : pictured)
+    meshes.push_back(
+        {.mesh = thing.mesh,
+         .color = thing.color,
+         .backColor = Eigen::Vector3d(kInside * thing.color),
+         .wireframe = options.wireframe});
+}
+
+}  // namespace
+
+avatar::ColorImage picture(
+    const std::vector<PicturedMesh>& pictured,
+    const BodyView& view,
+    const Eigen::AlignedBox3d& box,
+    const PictureOptions& options) {
+  options.validate();
+  std::vector<avatar::ShadedMesh> meshes;
+  addShaded(pictured, options, meshes);
+  return avatar::shade(
+      meshes, longLens(view, box, options), {.supersampling = options.supersampling});
+}
+
+avatar::ColorImage picture(
+    const PicturedPerson& person,
+    const PicturedBody& pictured,
+    const BodyView& view,
+    const Eigen::AlignedBox3d& box,
+    const PictureOptions& options) {
+  options.validate();
   std::vector<avatar::ShadedMesh> meshes;
   meshes.push_back(
       {.mesh = {pictured.vertices, person.faces},
        .color = options.color,
        .wireframe = options.wireframe});
-  constexpr double kInside = 0.6;  // the inside of fabric is darker
-  for (const PicturedGarment& garment : pictured.garments)
-    meshes.push_back(
-        {.mesh = garment.mesh,
-         .color = garment.color,
-         .backColor = Eigen::Vector3d(kInside * garment.color),
-         .wireframe = options.wireframe});
-  return avatar::shade(meshes, camera, {.supersampling = options.supersampling});
+  addShaded(pictured.garments, options, meshes);
+  return avatar::shade(
+      meshes, longLens(view, box, options), {.supersampling = options.supersampling});
 }
 
 }  // namespace simulcap

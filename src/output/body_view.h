@@ -40,17 +40,17 @@ struct PicturedPerson {
       : faces(body.mesh.faces), skinningWeights(body.skinningWeights) {}
 };
 
-/// A garment as it is at one moment.
-struct PicturedGarment {
+/// A garment or another thing as it is at one moment.
+struct PicturedMesh {
   avatar::TriangleMesh mesh;
-  Eigen::Vector3d color;
+  Eigen::Vector3d color;  ///< display values in [0, 1]
 };
 
 /// A person as it is at one moment.
 struct PicturedBody {
-  std::string label;                           ///< for the caption
-  Eigen::Matrix3Xd vertices;                   ///< 3 × V [m]
-  std::vector<PicturedGarment> garments = {};  ///< what it wears
+  std::string label;                        ///< for the caption
+  Eigen::Matrix3Xd vertices;                ///< 3 × V [m]
+  std::vector<PicturedMesh> garments = {};  ///< what it wears
 };
 
 /// The vertices whose strongest skinning weight is on one of the joints (all for an empty list).
@@ -74,6 +74,13 @@ struct PictureOptions {
   /// Throws std::invalid_argument when a value is out of its range.
   void validate() const;
 };
+
+/// Things seen by a long lens so that the box fills the picture. Their insides are darker.
+avatar::ColorImage picture(
+    const std::vector<PicturedMesh>& meshes,
+    const BodyView& view,
+    const Eigen::AlignedBox3d& box,
+    const PictureOptions& options);
 
 /// A person seen by a long lens so that the box fills the picture.
 avatar::ColorImage picture(

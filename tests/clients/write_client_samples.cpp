@@ -18,7 +18,10 @@ int main(int argc, char** argv) {
   const Eigen::VectorXd& betas = avatar::bodyPresets().front().betas;
   const avatar::LayeredAvatar dressed =
       avatar::dressed(
-          avatar::defaultBody(), betas, {.wardrobe = {{.name = "skirt"}, {.name = "tshirt"}}})
+          avatar::defaultBody(),
+          betas,
+          {.pieces =
+               {avatar::GarmentOrder{.name = "skirt"}, avatar::GarmentOrder{.name = "tshirt"}}})
           .avatar;
   avatar::writeAvatar(folder + "/avatar.glb", dressed);
   const avatar::Motion motion = avatar::makeClip("walk", {.framesPerSecond = 10.0});

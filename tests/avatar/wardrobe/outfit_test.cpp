@@ -35,8 +35,7 @@ double nearestToSkin(const Garment& garment) {
 
 TEST(Outfit, WhatFitsStaysAsItWasModelled) {
   const ModelledGarment shorts = modelled("shorts", "mine");
-  const DressedAvatar result =
-      dressed(defaultBody(), meanBetas(), {.wardrobe = {}, .modelled = {shorts}});
+  const DressedAvatar result = dressed(defaultBody(), meanBetas(), {.pieces = {shorts}});
   EXPECT_FALSE(findFlaw(result.avatar));
   EXPECT_TRUE(result.notes.empty());
   const Garment& garment = result.avatar.garments.front();
@@ -48,8 +47,7 @@ TEST(Outfit, WhatFitsStaysAsItWasModelled) {
 TEST(Outfit, WhatIsTooTightIsMovedOutAndSaid) {
   ModelledGarment shirt = modelled("tshirt", "tight");
   shirt.mesh.vertices.row(2) *= 0.8;
-  const DressedAvatar result =
-      dressed(defaultBody(), meanBetas(), {.wardrobe = {}, .modelled = {shirt}});
+  const DressedAvatar result = dressed(defaultBody(), meanBetas(), {.pieces = {shirt}});
   ASSERT_EQ(result.notes.size(), 1U);
   EXPECT_NE(result.notes.front().find("tight: "), std::string::npos);
   const Garment& garment = result.avatar.garments.front();
@@ -61,7 +59,7 @@ TEST(Outfit, LowerGarmentsGoBelowUpperOnes) {
   const DressedAvatar result = dressed(
       defaultBody(),
       meanBetas(),
-      {.wardrobe = {{.name = "tshirt"}}, .modelled = {modelled("shorts", "zz_shorts")}});
+      {.pieces = {GarmentOrder{.name = "tshirt"}, modelled("shorts", "zz_shorts")}});
   ASSERT_EQ(result.avatar.garments.size(), 2U);
   EXPECT_EQ(result.avatar.garments[0].name, "zz_shorts");
   EXPECT_EQ(result.avatar.garments[1].name, "tshirt");
@@ -72,7 +70,10 @@ TEST(Outfit, LowerGarmentsGoBelowUpperOnes) {
 
 TEST(Outfit, OrderOfTheRequestDoesNotMatter) {
   const auto wearing = [](const std::string& a, const std::string& b) {
-    return dressed(defaultBody(), meanBetas(), {.wardrobe = {{.name = a}, {.name = b}}})
+    return dressed(
+               defaultBody(),
+               meanBetas(),
+               {.pieces = {GarmentOrder{.name = a}, GarmentOrder{.name = b}}})
         .avatar.garments;
   };
   const std::vector<Garment> first = wearing("tshirt", "shorts");
@@ -85,12 +86,22 @@ TEST(Outfit, OrderOfTheRequestDoesNotMatter) {
   }
 }
 
+TEST(Outfit, ListsMayHaveAnOrderOfTheirOwn) {
+  const DressedAvatar result = dressed(
+      defaultBody(),
+      meanBetas(),
+      {.pieces = {GarmentOrder{.name = "tshirt", .label = "vest"}, GarmentOrder{.name = "shorts"}},
+       .order = LayerOrder::kAsListed});
+  EXPECT_EQ(result.avatar.garments[0].name, "vest");
+  EXPECT_EQ(result.avatar.garments[1].name, "shorts");
+  EXPECT_EQ(result.avatar.garments[1].layer, 1);
+}
+
 TEST(Outfit, FindsThePoseThatAGarmentWasModelledIn) {
   ModelledGarment trousers = modelled("trousers", "found");
   const Eigen::VectorXd known = trousers.pose->jointRotations;
   trousers.pose.reset();
-  const DressedAvatar result =
-      dressed(defaultBody(), meanBetas(), {.wardrobe = {}, .modelled = {trousers}});
+  const DressedAvatar result = dressed(defaultBody(), meanBetas(), {.pieces = {trousers}});
   const double legs = result.avatar.garments.front().bindPose.jointRotations[3 * kLeftHip + 2];
   EXPECT_NEAR(legs, known[3 * kLeftHip + 2], 0.06);  // the trousers leave about 3 degrees open
 }
@@ -99,13 +110,12 @@ TEST(Outfit, RefusesWhatNobodyCanWear) {
   ModelledGarment far = modelled("shorts", "far");
   far.pose.reset();
   far.mesh.vertices *= 0.3;
-  EXPECT_THROW(
-      dressed(defaultBody(), meanBetas(), {.wardrobe = {}, .modelled = {far}}), std::runtime_error);
+  EXPECT_THROW(dressed(defaultBody(), meanBetas(), {.pieces = {far}}), std::runtime_error);
   EXPECT_THROW(
       dressed(
           defaultBody(),
           meanBetas(),
-          {.wardrobe = {{.name = "shorts"}}, .modelled = {modelled("shorts", "shorts")}}),
+          {.pieces = {GarmentOrder{.name = "shorts"}, modelled("shorts", "shorts")}}),
       std::invalid_argument);
 }
 

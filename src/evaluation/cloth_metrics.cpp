@@ -1,0 +1,60 @@
+#include "src/evaluation/cloth_metrics.h"
+
+#include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/closest_point.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simulcap {
+
+void Distribution::add(double value) {
+  const double bin = std::min(value / binWidth_, static_cast<double>(kNumBins - 1));
+  ++bins_[static_cast<std::size_t>(std::max(0.0, bin))];
+  ++count_;
+  sum_ += value;
+  max_ = std::max(max_, value);
+}
+
+double Distribution::mean() const {
+  return count_ == 0 ? 0.0 : sum_ / static_cast<double>(count_);
+}
+
+double Distribution::quantile(double share) const {
+  const double wanted = share * static_cast<double>(count_);
+  std::int64_t below = 0;
+  for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+    below += bins_[bin];
+    if (below > 0 && static_cast<double>(below) >= wanted)
+      return std::min(max_, (static_cast<double>(bin) + 0.5) * binWidth_);
+  }
+  return 0.0;
+}
+
+EdgeStrain::EdgeStrain(const avatar::TriangleMesh& rest)
+    : edges_(avatar::buildAdjacency(rest.faces, rest.numVertices()).edges),
+      restLengths_(edges_.cols()) {
+  for (Eigen::Index edge = 0; edge < edges_.cols(); ++edge)
+    restLengths_[edge] =
+        (rest.vertices.col(edges_(0, edge)) - rest.vertices.col(edges_(1, edge))).norm();
+}
+
+void EdgeStrain::add(const Eigen::Matrix3Xd& vertices, Distribution& strains) const {
+  for (Eigen::Index edge = 0; edge < edges_.cols(); ++edge) {
+    const double length = (vertices.col(edges_(0, edge)) - vertices.col(edges_(1, edge))).norm();
+    strains.add(std::abs(length / restLengths_[edge] - 1.0));
+  }
+}
+
+void Penetration::add(const Eigen::Matrix3Xd& cloth, const avatar::MeshView& body) {
+  constexpr double kReach = 0.05;  // farther out is outside, farther in is no cloth's place [m]
+  const avatar::SignedDistance skin(body);
+  for (const auto& vertex : cloth.colwise()) {
+    const double distance = skin(vertex, kReach).distance;
+    ++vertices;
+    inside += distance < 0.0 ? 1 : 0;
+    deepest = std::max(deepest, -distance);
+  }
+}
+
+}  // namespace simulcap

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "avatar/geometry/mesh.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace simulcap {
+
+/// A distribution of values that are 0 or more, in constant memory: mean and maximum are exact,
+/// quantiles to half a bin.
+class Distribution {
+ public:
+  /// Bins of this width; values beyond the last one count as it.
+  explicit Distribution(double binWidth) : binWidth_(binWidth) {}
+
+  void add(double value);
+
+  std::int64_t count() const { return count_; }
+
+  double mean() const;
+
+  double max() const { return max_; }
+
+  /// The value below which a share of all lie, 0 … 1; 0 without values.
+  double quantile(double share) const;
+
+ private:
+  static constexpr int kNumBins = 20000;
+
+  double binWidth_;
+  std::vector<std::int64_t> bins_ = std::vector<std::int64_t>(kNumBins, 0);
+  std::int64_t count_ = 0;
+  double sum_ = 0.0;
+  double max_ = 0.0;
+};
+
+/// How far edges are from their rest lengths, relative, longer or shorter, over all frames.
+class EdgeStrain {
+ public:
+  explicit EdgeStrain(const avatar::TriangleMesh& rest);
+
+  /// 3 × V [m].
+  void add(const Eigen::Matrix3Xd& vertices, Distribution& strains) const;
+
+ private:
+  Eigen::Matrix2Xi edges_;
+  Eigen::VectorXd restLengths_;  // [m]
+};
+
+/// Vertices of a garment under the skin.
+struct Penetration {
+  std::int64_t vertices = 0;  ///< looked at
+  std::int64_t inside = 0;
+  double deepest = 0.0;  ///< [m]
+
+  void add(const Eigen::Matrix3Xd& cloth, const avatar::MeshView& body);
+};
+
+}  // namespace simulcap

@@ -1,0 +1,45 @@
+#include "src/evaluation/cloth_metrics.h"
+
+#include "tests/support/primitive_meshes.h"
+
+#include <gtest/gtest.h>
+
+namespace simulcap {
+namespace {
+
+TEST(Distribution, KnowsMeanMaximumAndQuantiles) {
+  Distribution values(0.01);
+  for (int i = 1; i <= 100; ++i)
+    values.add(i);
+  EXPECT_DOUBLE_EQ(values.mean(), 50.5);
+  EXPECT_DOUBLE_EQ(values.max(), 100.0);
+  EXPECT_NEAR(values.quantile(0.5), 50.0, 0.01);  // a bin
+  EXPECT_NEAR(values.quantile(0.95), 95.0, 0.01);
+  EXPECT_DOUBLE_EQ(values.quantile(1.0), 100.0);
+  EXPECT_DOUBLE_EQ(Distribution(1.0).quantile(0.5), 0.0);
+}
+
+TEST(EdgeStrain, UniformStretchIsTheSameOnEveryEdge) {
+  const avatar::TriangleMesh rest = avatar::test::icosphere(0.5, 2);
+  Distribution strains(1e-4);
+  EdgeStrain(rest).add(1.1 * rest.vertices, strains);
+  EXPECT_NEAR(strains.mean(), 0.1, 1e-12);
+  EXPECT_NEAR(strains.max(), 0.1, 1e-12);
+  EXPECT_EQ(strains.count(), 480);  // edges of the icosphere
+}
+
+TEST(Penetration, CountsWhatIsUnderTheSkin) {
+  const avatar::TriangleMesh body = avatar::test::icosphere(0.5, 3);
+  Eigen::Matrix3Xd cloth(3, 3);
+  cloth.col(0) << 0.0, 0.0, 0.52;
+  cloth.col(1) << 0.0, 0.48, 0.0;
+  cloth.col(2) << 3.0, 0.0, 0.0;
+  Penetration penetration;
+  penetration.add(cloth, body);
+  EXPECT_EQ(penetration.vertices, 3);
+  EXPECT_EQ(penetration.inside, 1);
+  EXPECT_NEAR(penetration.deepest, 0.02, 0.003);  // the polyhedron lies inside the sphere
+}
+
+}  // namespace
+}  // namespace simulcap
