@@ -192,11 +192,8 @@ TEST(DepthFittingForce, fitsAFlatPatchInAHundredSubsteps) {
       stepper.step(state, forces);
     }
     const float rms = std::sqrt((state.positions.row(2).array() - start).square().mean());
+    std::printf("rms_mm = %.2f\n", 1e3 * static_cast<double>(rms));  // for docs/physics.md
     // The mean of a ring with σ = 2 mm varies by 2 mm · √Σ τ² = 0.75 mm; bending evens that out.
-    std::printf(
-        "from %.0f mm: rms %.2f mm\n",
-        1e3 * static_cast<double>(start),
-        1e3 * static_cast<double>(rms));
     EXPECT_LT(rms, 0.75e-3F) << start;
   }
 }
