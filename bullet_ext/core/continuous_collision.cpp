@@ -21,12 +21,18 @@ using Vector4 = Eigen::Matrix<Scalar, 4, 1>;
 template <typename Scalar>
 class Nearest {
  public:
-  explicit Nearest(const PairPoints<Scalar>& x) : x_(x) {}
+  /// Around x0, so that rounding is relative to the pair's extent and not to its place.
+  explicit Nearest(const PairPoints<Scalar>& x) : x_(x.colwise() - x.col(0).eval()) {}
 
-  void offer(const Vector4<Scalar>& weights) {
+  const PairPoints<Scalar>& corners() const { return x_; }
+
+  /// A choice inside of both elements wins against one on their borders that is nearer by no more
+  /// than rounding: the normal would depend on which of the two it is.
+  void offer(const Vector4<Scalar>& weights, bool inside = false) {
     const Vector3<Scalar> difference = x_ * weights;
     const Scalar squared = difference.squaredNorm();
-    if (squared < squared_) {
+    const Scalar favour = inside ? 1 + 64 * std::numeric_limits<Scalar>::epsilon() : Scalar(1);
+    if (squared < favour * squared_) {
       squared_ = squared;
       difference_ = difference;
       weights_ = weights;
@@ -59,48 +65,50 @@ class Nearest {
   }
 
  private:
-  const PairPoints<Scalar>& x_;
+  PairPoints<Scalar> x_;
   Scalar squared_ = std::numeric_limits<Scalar>::infinity();
   Vector3<Scalar> difference_ = Vector3<Scalar>::Zero();
   Vector4<Scalar> weights_ = Vector4<Scalar>::Zero();
 };
 
 template <typename Scalar>
-ClosestPoints<Scalar> closestVertexTriangle(const PairPoints<Scalar>& x) {
-  Nearest<Scalar> nearest(x);
+ClosestPoints<Scalar> closestVertexTriangle(const PairPoints<Scalar>& corners) {
+  Nearest<Scalar> nearest(corners);
+  const PairPoints<Scalar>& x = nearest.corners();
   nearest.offerPointSegment(0, 1, 2, 1);
   nearest.offerPointSegment(0, 2, 3, 1);
   nearest.offerPointSegment(0, 3, 1, 1);
-  const Vector3<Scalar> a = x.col(1) - x.col(0);
-  const Vector3<Scalar> b = x.col(2) - x.col(0);
-  const Vector3<Scalar> c = x.col(3) - x.col(0);
+  const Vector3<Scalar> a = x.col(1);
+  const Vector3<Scalar> b = x.col(2);
+  const Vector3<Scalar> c = x.col(3);
   const Vector3<Scalar> normal = (b - a).cross(c - a);
   const Vector3<Scalar> areas(
       normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b)));
   const Scalar sum = areas.sum();
   if (areas.minCoeff() > 0 && sum > 0) {
-    nearest.offer({1, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum});
+    nearest.offer({1, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum}, true);
   }
   return nearest.result(normal);
 }
 
 template <typename Scalar>
-ClosestPoints<Scalar> closestEdges(const PairPoints<Scalar>& x) {
-  Nearest<Scalar> nearest(x);
+ClosestPoints<Scalar> closestEdges(const PairPoints<Scalar>& corners) {
+  Nearest<Scalar> nearest(corners);
+  const PairPoints<Scalar>& x = nearest.corners();
   nearest.offerPointSegment(0, 2, 3, 1);
   nearest.offerPointSegment(1, 2, 3, 1);
   nearest.offerPointSegment(2, 0, 1, -1);
   nearest.offerPointSegment(3, 0, 1, -1);
-  const Vector3<Scalar> e = x.col(1) - x.col(0);
+  const Vector3<Scalar> e = x.col(1);
   const Vector3<Scalar> f = x.col(3) - x.col(2);
   const Vector3<Scalar> across = e.cross(f);
   // x0 + s e and x2 + t f differ by a multiple of e × f.
-  const Vector3<Scalar> g = x.col(2) - x.col(0);
+  const Vector3<Scalar> g = x.col(2);
   const Scalar norm2 = across.squaredNorm();
   const Scalar s = g.cross(f).dot(across);
   const Scalar t = g.cross(e).dot(across);
   if (s > 0 && s < norm2 && t > 0 && t < norm2) {
-    nearest.offer({1 - s / norm2, s / norm2, -(1 - t / norm2), -t / norm2});
+    nearest.offer({1 - s / norm2, s / norm2, -(1 - t / norm2), -t / norm2}, true);
   }
   return nearest.result(across);
 }

@@ -204,6 +204,19 @@ Crossing crossingOf(const Triangle& a, const Triangle& b) {
   return {first.surface, first.face, second.surface, second.face};
 }
 
+void addCrossings(
+    std::vector<Crossing>& crossings,
+    const Triangle& a,
+    std::span<const Triangle> others,
+    const CrossingOptions& options) {
+  for (const Triangle& b : others) {
+    const bool wanted = a.surface == b.surface ? options.within : options.between;
+    if (wanted && cross(a, b)) {
+      crossings.push_back(crossingOf(a, b));
+    }
+  }
+}
+
 /// Index of the longest side of the box around all triangles.
 int longestAxis(const std::vector<Triangle>& triangles) {
   Vector3d low = Vector3d::Constant(1e300);
@@ -264,18 +277,18 @@ std::vector<Crossing> findCrossings(
   std::stable_sort(triangles.begin(), triangles.end(), [&](const Triangle& a, const Triangle& b) {
     return a.low[axis] < b.low[axis];
   });
-  const auto wanted = [&](const Triangle& a, const Triangle& b) {
-    return (a.surface == b.surface ? options.within : options.between) && cross(a, b);
-  };
   std::vector<Crossing> crossings;
   for (auto a = triangles.begin(); a != triangles.end(); ++a) {
-    for (auto b = a + 1; b != triangles.end() && b->low[axis] <= a->high[axis]; ++b) {
-      if (wanted(*a, *b)) {
-        crossings.push_back(crossingOf(*a, *b));
-      }
-    }
+    const auto end = std::find_if(
+        a, triangles.end(), [&](const Triangle& b) { return b.low[axis] > a->high[axis]; });
+    addCrossings(crossings, *a, {a + 1, std::max(a + 1, end)}, options);
   }
-  std::sort(crossings.begin(), crossings.end());
+  const auto key = [](const Crossing& c) {
+    return std::tie(c.surface1, c.face1, c.surface2, c.face2);
+  };
+  std::sort(crossings.begin(), crossings.end(), [&](const Crossing& a, const Crossing& b) {
+    return key(a) < key(b);
+  });
   return crossings;
 }
 

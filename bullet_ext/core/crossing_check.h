@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 
-#include <compare>
 #include <span>
 #include <vector>
 
@@ -21,7 +20,7 @@ struct Crossing {
   int surface2 = 0;
   int face2 = 0;
 
-  auto operator<=>(const Crossing&) const = default;
+  bool operator==(const Crossing&) const = default;
 };
 
 struct CrossingOptions {

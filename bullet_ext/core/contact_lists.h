@@ -1,0 +1,136 @@
+#pragma once
+
+#include "bullet_ext/core/contact_elements.h"
+#include "bullet_ext/core/continuous_collision.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+/// Which pairs of elements may come near, found again and again at little cost.
+///
+/// Everything here follows one rule. Distances change no faster than what separates two things
+/// moves, so whoever knows that a distance exceeds a limit by s doesn't have to look again until
+/// the relative motion since then has added up to s. It is used at three levels:
+///   all patches       which pairs of patches are near;   motion relative to the mean of all
+///   a pair of patches which pairs of elements are near;  relative motion of the two patches
+///   a pair of elements whether it is a contact;          the same
+/// Relative motion is measured from the real positions in every substep and again whenever they
+/// have been corrected. A patch's vertices move within a ball around the patch's mean displacement
+/// d with radius r, so elements of patches a and b move by at most |d_a − d_b| + r_a + r_b against
+/// each other.
+namespace bullet_ext {
+
+/// What was done, since construction; nothing when nobody asked for it.
+struct ContactCounters {
+  std::int64_t substeps = 0;
+  std::int64_t patchSearches = 0;  ///< searches for pairs of patches
+  std::int64_t listBuilds = 0;     ///< lists made for a pair of patches
+  std::int64_t pairsListed = 0;    ///< pairs of elements in these lists
+  std::int64_t pairsFiltered = 0;  ///< looked at because they may be near
+  std::int64_t distances = 0;      ///< exact distances in substeps
+  std::int64_t contacts = 0;       ///< pairs that were pushed or held
+  std::int64_t continuousTests = 0;
+  std::int64_t approaches = 0;  ///< continuous tests that found one
+  std::int64_t zones = 0;       ///< groups of vertices moved together as the last resort
+  std::int64_t unresolved = 0;  ///< pairs that pins force through each other
+  std::int64_t tangles = 0;     ///< vertices per frame that were let through or pushed out
+
+  bool operator==(const ContactCounters&) const = default;
+};
+
+/// A pair of elements that was near when its list was made.
+struct ListedPair {
+  PairKind kind = PairKind::kVertexTriangle;
+  std::array<int, 4> vertices = {};
+  float thickness = 0.0F;  ///< distance to keep [m]
+  /// Unit vector that separated the elements at the end of the last substep in which they were
+  /// looked at; 0: none known.
+  Eigen::Vector3f axis = Eigen::Vector3f::Zero();
+};
+
+/// Names a ListedPair: pair `index` of list `list`.
+struct PairName {
+  int list = 0;
+  int index = 0;
+};
+
+struct ContactListsOptions {
+  bool self = true;     ///< pairs within a garment
+  bool between = true;  ///< pairs of different garments
+};
+
+using Positions = Eigen::Matrix4Xf;  ///< 4 × N [m], row 3 is 0
+
+class ContactLists {
+ public:
+  /// The elements must outlive the lists.
+  ContactLists(const ContactElements& elements, const ContactListsOptions& options);
+
+  /// Forgets everything: positions have been changed from outside.
+  void clear();
+
+  /// Adds to `awake` the names of all pairs, apart from those that are awake already, that may come
+  /// nearer than their thickness while the vertices move from start to end on straight lines.
+  /// Returns false when a list with awake pairs has to be made again: the caller drops the names it
+  /// has, calls sleep() and asks once more.
+  bool collect(
+      const Positions& start,
+      const Positions& end,
+      std::vector<PairName>& awake,
+      ContactCounters& counters);
+
+  /// All awake pairs have to be collected again.
+  void sleep(const std::vector<PairName>& awake);
+
+  ListedPair& pair(const PairName& name) {
+    return lists_[static_cast<std::size_t>(name.list)].pairs[static_cast<std::size_t>(name.index)];
+  }
+
+  /// The substep ends at the `end` of the last collect(), which becomes the start of the next.
+  void advance();
+
+  /// After advance(): the pair's elements are `clearance` [m] farther apart than their thickness,
+  /// or nearer if it is negative.
+  void setClearance(const PairName& name, float clearance);
+
+ private:
+  struct Motion {
+    Eigen::Vector4f mean;
+    float radius = 0.0F;
+  };
+
+  struct List {
+    int patch1 = 0, patch2 = 0;  ///< patch1 ≤ patch2
+    float reach = -1.0F;         ///< relative motion after which it has to be made again [m]
+    float consumed = 0.0F;       ///< relative motion since it was made [m]
+    float step = 0.0F;           ///< of the running substep
+    float examined = 0.0F;       ///< step for which its pairs have been collected
+    int awake = 0;
+    std::vector<float> wakeUp;  ///< per pair: value of `consumed` at which to look; infinite: awake
+    std::vector<ListedPair> pairs;
+  };
+
+  void measure(const Positions& start, const Positions& end);
+  void search(const Positions& start);
+  bool wanted(int patch1, int patch2) const;
+  float thicknessOf(const List& list) const;
+  void build(List& list, const Positions& start, ContactCounters& counters) const;
+  bool collectFrom(
+      std::size_t list,
+      const Positions& start,
+      std::vector<PairName>& awake,
+      ContactCounters& counters);
+  void wake(std::size_t list, std::vector<PairName>& awake);
+
+  const ContactElements& elements_;
+  ContactListsOptions options_;
+  float largestThickness_ = 0.0F;
+  std::vector<Motion> motions_;  ///< of the patches in the running substep
+  float searchReach_ = -1.0F, searchConsumed_ = 0.0F, searchStep_ = 0.0F;  ///< as in List
+  std::vector<List> lists_;  ///< ascending in (patch1, patch2)
+};
+
+}  // namespace bullet_ext

@@ -1,0 +1,86 @@
+#include "bullet_ext/core/contact_response.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace bullet_ext {
+namespace {
+
+Eigen::Vector4f combine(const Contact& contact, const Eigen::Matrix4Xf& x) {
+  return contact.weights[0] * x.col(contact.vertices[0]) +
+         contact.weights[1] * x.col(contact.vertices[1]) +
+         contact.weights[2] * x.col(contact.vertices[2]) +
+         contact.weights[3] * x.col(contact.vertices[3]);
+}
+
+void apply(const Contact& contact, const Eigen::Vector4f& impulse, Eigen::Matrix4Xf& x) {
+  for (int k = 0; k < 4; ++k) {
+    x.col(contact.vertices[static_cast<std::size_t>(k)]) += contact.mobilities[k] * impulse;
+  }
+}
+
+/// Coulomb: the drag that would stop the tangential motion, limited by friction · push.
+Eigen::Vector4f frictionImpulse(Contact& contact, const Eigen::Vector4f& relativeMotion) {
+  const Eigen::Vector3f motion = relativeMotion.head<3>();
+  const Eigen::Vector3f tangential = motion - contact.normal.dot(motion) * contact.normal;
+  Eigen::Vector3f drag = contact.drag - tangential / contact.inverseMass;
+  const float most = contact.friction * contact.push;
+  const float squared = drag.squaredNorm();
+  if (squared > most * most) {
+    drag *= most / std::sqrt(squared);
+  }
+  Eigen::Vector4f impulse = Eigen::Vector4f::Zero();
+  impulse.head<3>() = drag - contact.drag;
+  contact.drag = drag;
+  return impulse;
+}
+
+}  // namespace
+
+PairPoints<float> cornersAt(const Eigen::Matrix4Xf& positions, const std::array<int, 4>& vertices) {
+  PairPoints<float> corners;
+  for (int k = 0; k < 4; ++k) {
+    corners.col(k) = positions.col(vertices[static_cast<std::size_t>(k)]).head<3>();
+  }
+  return corners;
+}
+
+Contact makeContact(
+    PairKind kind,
+    const std::array<int, 4>& vertices,
+    const ClosestPoints<float>& closest,
+    const std::vector<float>& inverseMasses) {
+  Contact contact = {
+      .kind = kind, .vertices = vertices, .weights = closest.weights, .normal = closest.normal};
+  for (int k = 0; k < 4; ++k) {
+    const auto vertex = static_cast<std::size_t>(vertices[static_cast<std::size_t>(k)]);
+    contact.mobilities[k] = closest.weights[k] * inverseMasses[vertex];
+  }
+  contact.inverseMass = contact.mobilities.dot(contact.weights);
+  return contact;
+}
+
+float sweep(std::vector<Contact>& contacts, SubstepMotion& motion) {
+  float largest = 0.0F;
+  for (Contact& contact : contacts) {
+    if (contact.inverseMass <= 0.0F) {
+      continue;
+    }
+    const Eigen::Vector4f end = combine(contact, motion.end);
+    const float missing = contact.target - contact.normal.dot(end.head<3>());
+    const float push = std::max(0.0F, contact.push + missing / contact.inverseMass);
+    if (push == 0.0F && contact.push == 0.0F) {
+      continue;
+    }
+    Eigen::Vector4f impulse = Eigen::Vector4f::Zero();
+    impulse.head<3>() = (push - contact.push) * contact.normal;
+    contact.push = push;
+    impulse += frictionImpulse(contact, end - combine(contact, motion.start));
+    apply(contact, impulse, motion.end);
+    largest = std::max(largest, impulse.norm() * contact.inverseMass);
+  }
+  return largest;
+}
+
+}  // namespace bullet_ext

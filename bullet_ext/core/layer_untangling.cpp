@@ -1,0 +1,212 @@
+#include "bullet_ext/core/layer_untangling.h"
+
+#include "bullet_ext/core/contact_response.h"
+#include "bullet_ext/core/crossing_check.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace bullet_ext {
+namespace {
+
+std::size_t at(Eigen::Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+std::vector<TriangleSurface> surfacesOf(
+    const ContactElements& elements, const Eigen::Matrix4Xf& positions) {
+  std::vector<TriangleSurface> surfaces(elements.layers.size());
+  for (std::size_t g = 0; g < surfaces.size(); ++g) {
+    const int first = elements.firstVertices[g];
+    const int firstFace = elements.firstFaces[g];
+    surfaces[g].vertices = positions.middleCols(first, elements.firstVertices[g + 1] - first)
+                               .topRows<3>()
+                               .cast<double>();
+    surfaces[g].faces =
+        elements.faces.middleCols(firstFace, elements.firstFaces[g + 1] - firstFace).array() -
+        first;
+  }
+  return surfaces;
+}
+
+void markCrossings(
+    LayerUntangling& result,
+    const ContactElements& elements,
+    const Eigen::Matrix4Xf& positions,
+    const UntanglingOptions& options) {
+  const auto mark = [&](int surface, int face) {
+    for (const int v : elements.faces.col(elements.firstFaces[at(surface)] + face)) {
+      result.tangled[at(v)] = true;
+    }
+  };
+  for (const Crossing& crossing : findCrossings(
+           surfacesOf(elements, positions), {.within = options.self, .between = options.between})) {
+    mark(crossing.surface1, crossing.face1);
+    mark(crossing.surface2, crossing.face2);
+  }
+}
+
+/// Vertices on open borders, and a normal for each vertex: that of its triangles by area.
+struct VertexFrames {
+  std::vector<bool> border;
+  Eigen::Matrix3Xf normals;
+};
+
+VertexFrames vertexFrames(const ContactElements& elements, const Eigen::Matrix4Xf& x) {
+  VertexFrames frames;
+  frames.border.resize(at(elements.numVertices()), false);
+  frames.normals.setZero(3, elements.numVertices());
+  std::map<std::pair<int, int>, int> edgeFaces;
+  for (const auto& face : elements.faces.colwise()) {
+    const Eigen::Vector3f a = x.col(face[0]).head<3>();
+    const Eigen::Vector3f b = x.col(face[1]).head<3>();
+    const Eigen::Vector3f c = x.col(face[2]).head<3>();
+    const Eigen::Vector3f normal = (b - a).cross(c - a);
+    for (int k = 0; k < 3; ++k) {
+      frames.normals.col(face[k]) += normal;
+      ++edgeFaces[std::minmax(int{face[k]}, int{face[(k + 1) % 3]})];
+    }
+  }
+  for (const auto& [edge, count] : edgeFaces) {
+    if (count == 1) {
+      frames.border[at(edge.first)] = true;
+      frames.border[at(edge.second)] = true;
+    }
+  }
+  return frames;
+}
+
+/// The triangles of one garment, sorted along x, to find the one nearest to a point.
+class NearestTriangle {
+ public:
+  NearestTriangle(const ContactElements& elements, const Eigen::Matrix4Xf& x, std::size_t garment)
+      : elements_(elements), x_(x), garment_(garment) {
+    for (int f = elements.firstFaces[garment]; f < elements.firstFaces[garment + 1]; ++f) {
+      const Eigen::Vector3i v = elements.faces.col(f);
+      const float low = std::min({x(0, v[0]), x(0, v[1]), x(0, v[2])});
+      const float high = std::max({x(0, v[0]), x(0, v[1]), x(0, v[2])});
+      faces_.emplace_back(low, f);
+      widest_ = std::max(widest_, high - low);
+    }
+    std::sort(faces_.begin(), faces_.end());
+  }
+
+  std::size_t garment() const { return garment_; }
+
+  /// The nearest one within a depth; closest.distance is infinite when there is none.
+  MisplacedVertex find(int vertex, float depth) const {
+    MisplacedVertex nearest;
+    nearest.closest.distance = depth;
+    const Eigen::Vector4f p = x_.col(vertex);
+    const auto begin =
+        std::lower_bound(faces_.begin(), faces_.end(), std::pair(p[0] - depth - widest_, -1));
+    bool found = false;
+    for (auto entry = begin; entry != faces_.end() && entry->first <= p[0] + depth; ++entry) {
+      const Eigen::Vector3i v = elements_.faces.col(entry->second);
+      const Eigen::Array3f y(x_(1, v[0]) - p[1], x_(1, v[1]) - p[1], x_(1, v[2]) - p[1]);
+      const Eigen::Array3f z(x_(2, v[0]) - p[2], x_(2, v[1]) - p[2], x_(2, v[2]) - p[2]);
+      if (y.minCoeff() > depth || y.maxCoeff() < -depth || z.minCoeff() > depth ||
+          z.maxCoeff() < -depth) {
+        continue;
+      }
+      const std::array<int, 4> vertices = {vertex, v[0], v[1], v[2]};
+      const ClosestPoints<float> closest =
+          closestPoints(PairKind::kVertexTriangle, cornersAt(x_, vertices));
+      if (closest.distance < nearest.closest.distance) {
+        nearest.vertices = vertices;
+        nearest.closest = closest;
+        found = true;
+      }
+    }
+    if (!found) {
+      nearest.closest.distance = std::numeric_limits<float>::infinity();
+    }
+    return nearest;
+  }
+
+ private:
+  const ContactElements& elements_;
+  const Eigen::Matrix4Xf& x_;
+  std::size_t garment_;
+  std::vector<std::pair<float, int>> faces_;  ///< smallest x and face
+  float widest_ = 0.0F;
+};
+
+/// In front (+1), behind (−1), or 0 when the nearest point is on an open border. The normal is that
+/// of the feature that is nearest: of the triangle inside of it, else the mean of its corners that
+/// have a weight, which (unlike the triangle's) gives the right sign at folds.
+float sideOf(const MisplacedVertex& nearest, const VertexFrames& frames) {
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+  bool border = true;
+  for (int k = 1; k < 4; ++k) {
+    if (nearest.closest.weights[k] < -1e-6F) {
+      const int v = nearest.vertices[at(k)];
+      normal += frames.normals.col(v).normalized();
+      border = border && frames.border[at(v)];
+    }
+  }
+  return border ? 0.0F : (normal.dot(nearest.closest.normal) > 0.0F ? 1.0F : -1.0F);
+}
+
+class MisplacedSearch {
+ public:
+  MisplacedSearch(const ContactElements& elements, const Eigen::Matrix4Xf& positions, float depth)
+      : elements_(elements),
+        positions_(positions),
+        frames_(vertexFrames(elements, positions)),
+        depth_(depth) {}
+
+  /// Vertices of a garment on the wrong side of others.
+  void addTo(LayerUntangling& result, std::size_t garment) const {
+    for (std::size_t other = 0; other < elements_.layers.size(); ++other) {
+      if (elements_.layers[garment] != elements_.layers[other]) {
+        addTo(result, garment, NearestTriangle(elements_, positions_, other));
+      }
+    }
+  }
+
+ private:
+  void addTo(LayerUntangling& result, std::size_t garment, const NearestTriangle& triangles) const {
+    const float side =
+        elements_.layers[garment] > elements_.layers[triangles.garment()] ? 1.0F : -1.0F;
+    for (int v = elements_.firstVertices[garment]; v < elements_.firstVertices[garment + 1]; ++v) {
+      MisplacedVertex nearest = triangles.find(v, depth_);
+      if (nearest.closest.distance <= depth_ && sideOf(nearest, frames_) == -side) {
+        nearest.side = side;
+        result.tangled[at(v)] = true;
+        result.misplaced.push_back(nearest);
+      }
+    }
+  }
+
+  const ContactElements& elements_;
+  const Eigen::Matrix4Xf& positions_;
+  VertexFrames frames_;
+  float depth_;
+};
+
+}  // namespace
+
+LayerUntangling findTangles(
+    const ContactElements& elements,
+    const Eigen::Matrix4Xf& positions,
+    const UntanglingOptions& options) {
+  LayerUntangling result;
+  result.tangled.resize(at(elements.numVertices()), false);
+  markCrossings(result, elements, positions, options);
+  const MisplacedSearch search(elements, positions, options.depth);
+  for (std::size_t g = 0; options.between && g < elements.layers.size(); ++g) {
+    search.addTo(result, g);
+  }
+  if (std::find(result.tangled.begin(), result.tangled.end(), true) == result.tangled.end()) {
+    result.tangled.clear();
+  }
+  return result;
+}
+
+}  // namespace bullet_ext
