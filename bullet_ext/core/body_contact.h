@@ -52,7 +52,8 @@ BodyContactOptions contactFor(const ClothMaterial& material);
 /// inside. So a vertex that was pushed and hasn't been farther than 1.1 h from that skin since,
 /// remembers the direction of the push. A face that it is behind and whose normal is at more than
 /// 90° to this direction doesn't count: it keeps to its own skin, is neither driven to and fro nor
-/// pushed out through another limb.
+/// pushed out through another limb. Nor is who has no skin within 1.1 h when another limb comes
+/// over it.
 ///
 /// Most vertices are not tested at all: see ContactCluster. Vertices are handled in groups of eight
 /// that are neighbours in memory, so cloth in VertexOrder::kMorton is fast. A vertex's result

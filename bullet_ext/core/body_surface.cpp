@@ -213,6 +213,11 @@ Eigen::Vector3f BodySurface::normal(int face, TriangleFeature feature, float tim
   return sum;
 }
 
+Eigen::Vector3f BodySurface::cornerNormal(int face, int corner, float time) const {
+  const int feature = static_cast<int>(TriangleFeature::kCorner0) + corner;
+  return normal(face, static_cast<TriangleFeature>(feature), time).normalized();
+}
+
 SurfacePoint BodySurface::pointOnFace(int face, const Eigen::Vector3f& x, float time) const {
   const Eigen::Matrix3f p = corners(face, time);
   const TrianglePoint<float> closest = closestTrianglePoint<float>(x, p);

@@ -80,6 +80,9 @@ class BodySurface {
   /// Unit normal; 0 without area.
   Eigen::Vector3f faceNormal(int face, float time) const;
 
+  /// Unit pseudo-normal at corner 0 … 2 of a face; 0 if all faces there are without area.
+  Eigen::Vector3f cornerNormal(int face, int corner, float time) const;
+
   /// The face's point closest to x, with the sign of the pseudo-normal there.
   SurfacePoint pointOnFace(int face, const Eigen::Vector3f& x, float time) const;
 
