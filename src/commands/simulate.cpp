@@ -120,23 +120,43 @@ class SimulationOutput {
     return false;
   }
 
-  /// Moments from left to right, seen from the front and from the side, all at one scale.
+  /// Moments from left to right, all at one scale. A person stays in the middle; without one, the
+  /// picture stands still.
   ContactSheet sheet() const {
-    Eigen::AlignedBox3d box;
-    for (const SceneMoment& moment : moments_) {
-      for (const PicturedMesh& thing : moment.meshes)
-        box.extend(avatar::boundingBox(thing.mesh));
-    }
+    const std::vector<Eigen::AlignedBox3d> boxes = momentBoxes();
     ContactSheet sheet;
     for (const SceneMoment& moment : moments_)
       sheet.columnLabels.push_back(moment.label);
     for (const char* view : {"front", "three-quarter", "side"}) {
       sheet.rowLabels.emplace_back(view);
-      for (const SceneMoment& moment : moments_)
+      for (std::size_t i = 0; i < moments_.size(); ++i)
         sheet.panels.push_back(
-            picture(moment.meshes, bodyView(view), box, {.width = 240, .height = 280}));
+            picture(moments_[i].meshes, bodyView(view), boxes[i], {.width = 240, .height = 280}));
     }
     return sheet;
+  }
+
+  std::vector<Eigen::AlignedBox3d> momentBoxes() const {
+    std::vector<Eigen::AlignedBox3d> boxes;
+    Eigen::AlignedBox3d all;
+    Eigen::Vector3d largest = Eigen::Vector3d::Zero();
+    for (const SceneMoment& moment : moments_) {
+      Eigen::AlignedBox3d box;
+      for (const PicturedMesh& thing : moment.meshes)
+        box.extend(avatar::boundingBox(thing.mesh));
+      largest = largest.cwiseMax(box.sizes());
+      all.extend(box);
+      boxes.push_back(box);
+    }
+    for (Eigen::AlignedBox3d& box : boxes) {
+      if (!stage_.body) {
+        box = all;
+        continue;
+      }
+      const Eigen::Vector3d center = box.center();
+      box = {center - 0.5 * largest, center + 0.5 * largest};
+    }
+    return boxes;
   }
 
   const Stage& stage_;

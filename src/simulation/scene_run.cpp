@@ -1,5 +1,6 @@
 #include "src/simulation/scene_run.h"
 
+#include "bullet_ext/core/body_constraint.h"
 #include "bullet_ext/core/stability.h"
 #include "bullet_ext/core/strain_limit.h"
 #include "bullet_ext/core/wind_force.h"
@@ -59,6 +60,8 @@ SceneRun::SceneRun(const Scene& scene, const Stage& stage, int threads)
   }
   checkStability(scene);
   addForces(scene);
+  if (stage.body)
+    addBody(scene);
   if (scene.strainLimit)
     simulation_.addConstraint(std::make_unique<StrainLimit>(simulation_, *scene.strainLimit));
 }
@@ -105,6 +108,16 @@ void SceneRun::addForces(const Scene& scene) {
   }
 }
 
+void SceneRun::addBody(const Scene& scene) {
+  skin_ = stage_.body->vertices(0);
+  if (!activeContact(scene).body)
+    return;
+  bodySurface_ = std::make_unique<bullet_ext::BodySurface>(
+      stage_.body->model().faces, stage_.body->model().numVertices());
+  simulation_.addConstraint(
+      std::make_unique<bullet_ext::BodyConstraint>(simulation_, *bodySurface_));
+}
+
 void SceneRun::aimPins(const avatar::MeshView* body) {
   for (int i = 0; i < simulation_.numCloths(); ++i) {
     const StagedCloth& cloth = stage_.cloths[static_cast<std::size_t>(i)];
@@ -121,13 +134,16 @@ void SceneRun::aimPins(const avatar::MeshView* body) {
 
 bullet_ext::FrameReport SceneRun::advance() {
   ++frame_;
-  if (stage_.body) {
-    const Eigen::Matrix3Xd skin = stage_.body->vertices(frame_);
-    const avatar::MeshView body(skin, stage_.body->model().faces);
-    aimPins(&body);
-  } else {
+  if (!stage_.body) {
     aimPins(nullptr);
+    return simulation_.advance(timing_);
   }
+  Eigen::Matrix3Xd skin = stage_.body->vertices(frame_);
+  if (bodySurface_)
+    bodySurface_->setFrame(skin_, skin, timing_.duration);
+  skin_ = std::move(skin);
+  const avatar::MeshView body(skin_, stage_.body->model().faces);
+  aimPins(&body);
   return simulation_.advance(timing_);
 }
 

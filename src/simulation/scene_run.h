@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bullet_ext/core/body_surface.h"
 #include "bullet_ext/core/cloth_simulation.h"
 #include "src/scene/scene.h"
 #include "src/simulation/stage.h"
@@ -40,6 +41,7 @@ class SceneRun {
 
  private:
   void addForces(const Scene& scene);
+  void addBody(const Scene& scene);
   void checkStability(const Scene& scene);
   void aimPins(const avatar::MeshView* body);
 
@@ -47,6 +49,8 @@ class SceneRun {
   bullet_ext::FrameTiming timing_;
   bullet_ext::ClothSimulation simulation_;
   std::vector<std::unique_ptr<bullet_ext::ExternalForce>> forces_;
+  std::unique_ptr<bullet_ext::BodySurface> bodySurface_;  ///< null: nothing to touch
+  Eigen::Matrix3Xd skin_;                                 ///< of the frame, 3 × V [m]
   std::vector<ClothStability> preflight_;
   int frame_ = 0;
 };

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "bullet_ext/core/body_contact.h"
+#include "bullet_ext/core/body_surface.h"
+#include "bullet_ext/core/cloth_simulation.h"
+
+#include <span>
+#include <vector>
+
+namespace bullet_ext {
+
+/// Keeps all cloths of a simulation outside one moving body, each with the thickness and friction
+/// of its material.
+class BodyConstraint final : public SubstepConstraint {
+ public:
+  /// For the cloths that the simulation has now. Keeps references to both.
+  BodyConstraint(const ClothSimulation& simulation, const BodySurface& surface);
+
+  /// The surface's frame must have been set, with the timing's duration.
+  void beginFrame(std::span<const ClothState> states, const FrameTiming& timing) override;
+  void resolve(std::span<ClothState> states, int substep) override;
+
+  /// Of the last frame, all cloths together.
+  const ContactCounts& counts() const { return counts_; }
+
+ private:
+  std::vector<BodyContact> contacts_;
+  ContactCounts counts_;
+};
+
+}  // namespace bullet_ext
