@@ -84,7 +84,7 @@ ContactSearch::ContactSearch(
     : surface_(surface),
       kernels_(kernels),
       options_(options),
-      listReach_(std::max(0.01F, 3.0F * options.thickness)) {}
+      listReach_(std::max(0.01F, 4.0F * options.thickness)) {}
 
 void ContactSearch::lookAt(const float* positions, float time) {
   positions_ = positions;
@@ -242,10 +242,15 @@ bool ContactSearch::certify(ContactGroup& group, ContactCluster& cluster, int la
     return certifyDeep(group, cluster, lane);
   }
   const float known = reach(group, lane);
-  if (!(known >= 2.0F * options_.thickness + kLeastReach)) {
+  if (!(known >= options_.release + kLeastReach)) {
     return false;
   }
   const std::int32_t nearest = measureList(group, lane);
+  // On a skin, that which could squeeze has to be known as well.
+  if (nearest >= 0 && distance(nearest) < options_.release &&
+      known < 2.0F * options_.thickness + kLeastReach) {
+    return false;
+  }
   const Eigen::Vector3f push = column(cluster.push, lane);
   cluster.target[lane] = options_.thickness;
   if (nearest < 0 || distance(nearest) >= known) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <stdexcept>
 
@@ -71,37 +72,45 @@ void MovingBoxTree::refit(const std::vector<MovingBox>& boxes) {
   if (boxes.size() != items_.size()) {
     throw std::invalid_argument("MovingBoxTree: another number of boxes");
   }
+  itemBoxes_.resize(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    itemBoxes_[i] = boxes[at(items_[i])];
+  }
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
     if (node->count == 0) {
       node->box = nodes_[at(node->first)].box;
       node->box.extend(nodes_[at(node->first + 1)].box);
       continue;
     }
-    node->box = boxes[at(items_[at(node->first)])];
+    node->box = itemBoxes_[at(node->first)];
     for (std::int32_t i = 1; i < node->count; ++i) {
-      node->box.extend(boxes[at(items_[at(node->first + i)])]);
+      node->box.extend(itemBoxes_[at(node->first + i)]);
     }
   }
 }
 
 void MovingBoxTree::collect(
     const SweptView& view, const Box& box, std::vector<std::int32_t>& items) const {
+  const auto meets = [&](const MovingBox& moving) {
+    const Box covered = view.of(moving);
+    return ((covered.low <= box.high) && (box.low <= covered.high)).head<3>().all();
+  };
   std::int32_t stack[64];
   int size = 0;
   stack[size++] = 0;
   while (size > 0) {
     const Node& node = nodes_[at(stack[--size])];
-    const Box covered = view.of(node.box);
-    const bool meets = ((covered.low <= box.high) && (box.low <= covered.high)).head<3>().all();
-    if (!meets) {
+    if (!meets(node.box)) {
       continue;
     }
+    const auto first = items_.begin() + node.first;
+    std::copy_if(
+        first, first + node.count, std::back_inserter(items), [&](const std::int32_t& item) {
+          return meets(itemBoxes_[static_cast<std::size_t>(&item - items_.data())]);
+        });
     if (node.count == 0) {
       stack[size++] = node.first + 1;
       stack[size++] = node.first;
-    } else {
-      const auto first = items_.begin() + node.first;
-      items.insert(items.end(), first, first + node.count);
     }
   }
 }

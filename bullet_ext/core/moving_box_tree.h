@@ -51,7 +51,7 @@ class MovingBoxTree {
   /// New boxes, as many as before.
   void refit(const std::vector<MovingBox>& boxes);
 
-  /// Appends the indices of all items whose leaf meets the box, in a fixed order.
+  /// Appends the indices of all items whose box meets the given one, in a fixed order.
   void collect(const SweptView& view, const Box& box, std::vector<std::int32_t>& items) const;
 
   /// Distance of the nearest leaf from the box [m]; `limit` if all are farther.
@@ -74,6 +74,7 @@ class MovingBoxTree {
 
   std::vector<Node> nodes_;  ///< children behind their parents
   std::vector<std::int32_t> items_;
+  std::vector<MovingBox> itemBoxes_;  ///< in the order of items_
 };
 
 /// Distance from a point to a box, squared [m²].
