@@ -222,6 +222,36 @@ TEST(ReferenceCloth, cantileverSagsByItsWeightOverTorsion) {
   }
 }
 
+TEST(ReferenceCloth, flexuralRigidityOfAnEquilateralMesh) {
+  // Rolled to a curvature κ in any direction, an equilateral mesh has the energy B κ²/2 per area
+  // with B = √3/2 w, whatever its edge: the three edges of a vertex turn by κh/√12 · (3 − 4 cos²φ),
+  // φ from the direction of curvature, together ¾ κ²h² on an area of √¾ h².
+  constexpr double kCurvature = 1.0;
+  for (const double edge : {0.01, 0.02}) {
+    for (const double direction : {0.0, 0.4, 1.3}) {
+      Sheet sheet = equilateralSheet(7, 7, edge);
+      Cloth cloth = referenceCloth(sheet);
+      for (Vertex& vertex : cloth.vertices) {
+        Vector3d& x = vertex.position;
+        const double s = std::cos(direction) * x.x() + std::sin(direction) * x.y();
+        const double across = std::cos(direction) * x.y() - std::sin(direction) * x.x();
+        x = {std::sin(kCurvature * s) / kCurvature, across, std::cos(kCurvature * s) / kCurvature};
+      }
+      constexpr int kMiddle = 24;
+      double energy = 0.0;
+      for (const TorsionSpring& hinge : cloth.hinges) {
+        if (hinge.p[0] == kMiddle || hinge.p[1] == kMiddle) {
+          energy += 0.5 * hinge.stiffness * std::pow(torsionAngle(cloth, hinge.p), 2);
+        }
+      }
+      const double area = std::sqrt(0.75) * edge * edge;
+      const double rigidity = 0.5 * energy / area / (0.5 * kCurvature * kCurvature);
+      // Relative error (κ · edge)².
+      EXPECT_NEAR(rigidity / 0.05, std::sqrt(0.75), 1e-3) << edge << ", " << direction;
+    }
+  }
+}
+
 TEST(ReferenceCloth, fallsAsEachDampingSays) {
   const auto speedAfterASecond = [](DampingMode mode, double damping) {
     Cloth cloth;
