@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <string>
 
@@ -103,6 +104,13 @@ void xpbd(const ClothMesh& mesh, Motion& motion, double dt) {
   motion.velocities = (x - start) / dt;
 }
 
+/// Processor time [s]: a single run of seconds meets other work on the machine.
+double processorSeconds(const std::function<void()>& function) {
+  const std::clock_t start = std::clock();
+  function();
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
 struct Study {
   ClothMesh mesh;
   Matrix3Xd exact;
@@ -126,8 +134,8 @@ struct Study {
 
   void measureInDouble(const std::string& method, int rate, const StepInDouble& step) const {
     Matrix3Xd end;
-    const auto timing = benchmark::measure(1, [&] { end = runInDouble(rate, step); });
-    report(method, rate, timing.minSeconds, end);
+    const double seconds = processorSeconds([&] { end = runInDouble(rate, step); });
+    report(method, rate, seconds, end);
   }
 
   template <typename Stepper>
@@ -135,12 +143,12 @@ struct Study {
     const Gravity gravity(mesh, kAcceleration);
     const std::array<const ExternalForce*, 1> forces = {&gravity};
     ClothState state = restState(mesh);
-    const auto timing = benchmark::measure(1, [&] {
+    const double seconds = processorSeconds([&] {
       for (int i = 0; i < std::lround(kTime * rate); ++i) {
         stepper.step(state, forces);
       }
     });
-    report(method, rate, timing.minSeconds, state.positions.topRows<3>().cast<double>());
+    report(method, rate, seconds, state.positions.topRows<3>().cast<double>());
   }
 };
 
@@ -163,22 +171,20 @@ void study(int side, double stretch, double torsion) {
     semiImplicitEuler(mesh, motion, dt);
   };
   study.exact = study.runInDouble(2 * rate, semiImplicit);
-  for (const int factor : {1, 2}) {
-    ClothStepper stepper(mesh);
-    stepper.setSubstep({.duration = 1.0 / (factor * rate), .damping = 0.0});
-    study.measureStepper("explicit, float", factor * rate, stepper);
-  }
+  ClothStepper stepper(mesh);
+  stepper.setSubstep({.duration = 1.0 / rate, .damping = 0.0});
+  study.measureStepper("explicit, float", rate, stepper);
   for (const int steps : {60, 120, 300}) {
-    ImplicitStepper stepper(mesh, {.duration = 1.0 / steps, .damping = 0.0});
-    study.measureStepper("implicit Runge-Kutta", steps, stepper);
+    ImplicitStepper implicitStepper(mesh, {.duration = 1.0 / steps, .damping = 0.0});
+    study.measureStepper("implicit Runge-Kutta", steps, implicitStepper);
   }
   ClothHessian hessian(mesh);
-  for (const int steps : {60, 300, 1200}) {
+  for (const int steps : {300, 1200}) {
     study.measureInDouble("backward Euler", steps, [&](Motion& motion, double dt) {
       backwardEuler(mesh, hessian, motion, dt);
     });
   }
-  for (const int steps : {300, 3000, 12000}) {
+  for (const int steps : {3000, 12000}) {
     study.measureInDouble(
         "XPBD", steps, [&](Motion& motion, double dt) { xpbd(mesh, motion, dt); });
   }
