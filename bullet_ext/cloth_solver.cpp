@@ -55,6 +55,16 @@ ClothBody& ClothSolver::addCloth(ClothMesh mesh, btSoftBodyWorldInfo& worldInfo)
   return *bodies_.back();
 }
 
+const RigidCoupling& ClothSolver::coupleRigidBodies(
+    btDynamicsWorld& world, const RigidCouplingOptions& options) {
+  if (coupling_ != nullptr)
+    throw std::logic_error("ClothSolver: rigid bodies are coupled already");
+  auto coupling = std::make_unique<RigidCoupling>(*this, world, options);
+  coupling_ = coupling.get();
+  simulation_.addConstraint(std::move(coupling));
+  return *coupling_;
+}
+
 void ClothSolver::setSubsteps(std::optional<int> substeps) {
   if (substeps && (*substeps < 1 || *substeps > 1000000))
     throw std::invalid_argument("ClothSolver: substeps must be within [1, 1000000]");
@@ -96,12 +106,17 @@ void ClothSolver::copyBackToSoftBodies(bool move) {
 void ClothSolver::predictMotion(btScalar duration) {
   stock_.predictMotion(duration);
   adoptChanges();
+  if (coupling_ != nullptr)
+    coupling_->beginStep();
 }
 
 void ClothSolver::solveConstraints(btScalar duration) {
   stock_.solveConstraints(duration);
-  if (simulation_.numCloths() > 0)
-    lastReport_ = simulation_.advance({double{duration}, substepsOf(double{duration})});
+  if (simulation_.numCloths() == 0)
+    return;
+  lastReport_ = simulation_.advance({double{duration}, substepsOf(double{duration})});
+  if (coupling_ != nullptr)
+    coupling_->endStep(lastReport_.stable);
 }
 
 void ClothSolver::updateSoftBodies() {

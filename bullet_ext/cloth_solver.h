@@ -2,6 +2,7 @@
 
 #include "bullet_ext/cloth_body.h"
 #include "bullet_ext/core/cloth_simulation.h"
+#include "bullet_ext/rigid_coupling.h"
 
 #include <BulletSoftBody/btDefaultSoftBodySolver.h>
 #include <Eigen/Core>
@@ -50,6 +51,11 @@ class ClothSolver final : public btSoftBodySolver {
 
   const ClothBody& body(int cloth) const { return *bodies_.at(static_cast<std::size_t>(cloth)); }
 
+  /// From now on the world's rigid bodies push all cloths and are pushed by them. Once; throws
+  /// std::logic_error the second time.
+  const RigidCoupling& coupleRigidBodies(
+      btDynamicsWorld& world, const RigidCouplingOptions& options = {});
+
   /// So many per step of the world from now on (1 … 1000000), or as largestSubstep demands.
   void setSubsteps(std::optional<int> substeps);
 
@@ -86,7 +92,8 @@ class ClothSolver final : public btSoftBodySolver {
   std::vector<std::shared_ptr<ExternalForce>> gravities_;
   std::vector<std::shared_ptr<NodeForces>> nodeForces_;
   ClothSimulation simulation_;
-  btDefaultSoftBodySolver stock_;  ///< of the soft bodies that aren't ours
+  RigidCoupling* coupling_ = nullptr;  ///< the simulation's
+  btDefaultSoftBodySolver stock_;      ///< of the soft bodies that aren't ours
   FrameReport lastReport_;
 };
 
