@@ -3,14 +3,15 @@
 #include "bullet_ext/core/body_contact.h"
 #include "bullet_ext/core/body_surface.h"
 #include "bullet_ext/core/cloth_simulation.h"
+#include "bullet_ext/core/small_part_contact.h"
 
 #include <span>
 #include <vector>
 
 namespace bullet_ext {
 
-/// Keeps all cloths of a simulation outside one moving body, each with the thickness and friction
-/// of its material.
+/// Keeps all cloths of a simulation outside one moving body, fingers and ears included, each with
+/// the thickness and friction of its material.
 class BodyConstraint final : public SubstepConstraint {
  public:
   /// For the cloths that the simulation has now. Keeps references to both.
@@ -23,9 +24,13 @@ class BodyConstraint final : public SubstepConstraint {
   /// Of the last frame, all cloths together.
   const ContactCounts& counts() const { return counts_; }
 
+  const SmallPartCounts& smallPartCounts() const { return smallPartCounts_; }
+
  private:
   std::vector<BodyContact> contacts_;
+  std::vector<SmallPartContact> smallParts_;
   ContactCounts counts_;
+  SmallPartCounts smallPartCounts_;
 };
 
 }  // namespace bullet_ext

@@ -76,6 +76,8 @@ class ClothContact final : public SubstepConstraint {
   /// beginFrame() before.
   void resolve(std::span<ClothState> states, int substep) override;
 
+  const ClothContactOptions& options() const { return options_; }
+
   const ContactCounters& counters() const { return counters_; }
 
   /// The pairs that were contacts in the last resolve(), in the order of the solution: vertices in

@@ -1,6 +1,7 @@
 #include "avatar/geometry/measures.h"
 #include "avatar/io/atomic_file.h"
 #include "avatar/io/avatar_file.h"
+#include "bullet_ext/core/crossing_check.h"
 #include "src/commands/commands.h"
 #include "src/evaluation/cloth_metrics.h"
 #include "src/output/body_view.h"
@@ -21,6 +22,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace simulcap {
@@ -69,6 +71,8 @@ class SimulationOutput {
         penetration_.add(vertices, {skin, stage_.body->model().faces});
       moment.meshes.push_back({{vertices, stage_.cloths[i].rest.faces}, stage_.cloths[i].color});
     }
+    if (run.clothContact() != nullptr)
+      countCrossings(run);
     performance_.append(frame);
     if (isPictured(number))
       moments_.push_back(std::move(moment));
@@ -91,10 +95,23 @@ class SimulationOutput {
           {"fraction",
            static_cast<double>(penetration_.inside) / static_cast<double>(penetration_.vertices)},
           {"max_mm", 1000.0 * penetration_.deepest}};
+    if (crossings_)
+      result["crossing_triangle_pairs"] = *crossings_;
     return result;
   }
 
  private:
+  /// By an exact test that knows nothing of the solver's.
+  void countCrossings(const SceneRun& run) {
+    std::vector<bullet_ext::TriangleSurface> surfaces;
+    for (std::size_t i = 0; i < stage_.cloths.size(); ++i)
+      surfaces.push_back({run.vertices(static_cast<int>(i)), stage_.cloths[i].rest.faces});
+    const bullet_ext::CrossingOptions asked{
+        .within = run.clothContact()->options().self,
+        .between = run.clothContact()->options().between};
+    crossings_ = crossings_.value_or(0) + bullet_ext::findCrossings(surfaces, asked).size();
+  }
+
   static PerformanceLayout layout(const Stage& stage) {
     PerformanceLayout layout;
     layout.framesPerSecond = stage.framesPerSecond;
@@ -165,6 +182,7 @@ class SimulationOutput {
   std::vector<EdgeStrain> edgeStrains_;
   Distribution strains_{1e-4};
   Penetration penetration_;
+  std::optional<std::size_t> crossings_;  // summed over the frames
   std::vector<SceneMoment> moments_;
 };
 

@@ -62,6 +62,7 @@ SceneRun::SceneRun(const Scene& scene, const Stage& stage, int threads)
   addForces(scene);
   if (stage.body)
     addBody(scene);
+  addClothContact(scene);
   if (scene.strainLimit)
     simulation_.addConstraint(std::make_unique<StrainLimit>(simulation_, *scene.strainLimit));
 }
@@ -114,8 +115,30 @@ void SceneRun::addBody(const Scene& scene) {
     return;
   bodySurface_ = std::make_unique<bullet_ext::BodySurface>(
       stage_.body->model().faces, stage_.body->model().numVertices());
-  simulation_.addConstraint(
-      std::make_unique<bullet_ext::BodyConstraint>(simulation_, *bodySurface_));
+  auto contact = std::make_unique<bullet_ext::BodyConstraint>(simulation_, *bodySurface_);
+  bodyContact_ = contact.get();
+  simulation_.addConstraint(std::move(contact));
+}
+
+void SceneRun::addClothContact(const Scene& scene) {
+  const SceneContact active = activeContact(scene);
+  if (!active.betweenGarments && !active.selfContact)
+    return;
+  std::vector<bullet_ext::ContactGarment> garments;
+  for (int i = 0; i < simulation_.numCloths(); ++i) {
+    const bullet_ext::ClothMesh& mesh = simulation_.mesh(i);
+    garments.push_back(
+        {.mesh = &mesh,
+         .layer = i,
+         .thickness = mesh.material.thickness,
+         .friction = mesh.material.friction});
+  }
+  auto contact = std::make_unique<bullet_ext::ClothContact>(
+      garments,
+      bullet_ext::ClothContactOptions{
+          .self = active.selfContact, .between = active.betweenGarments});
+  clothContact_ = contact.get();
+  simulation_.addConstraint(std::move(contact));
 }
 
 void SceneRun::aimPins(const avatar::MeshView* body) {

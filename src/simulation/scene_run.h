@@ -1,6 +1,8 @@
 #pragma once
 
+#include "bullet_ext/core/body_constraint.h"
 #include "bullet_ext/core/body_surface.h"
+#include "bullet_ext/core/cloth_contact.h"
 #include "bullet_ext/core/cloth_simulation.h"
 #include "src/scene/scene.h"
 #include "src/simulation/stage.h"
@@ -36,12 +38,19 @@ class SceneRun {
   /// To the next frame.
   bullet_ext::FrameReport advance();
 
+  /// What contact did in the last frame; null where the scene has none.
+  const bullet_ext::BodyConstraint* bodyContact() const { return bodyContact_; }
+
+  /// Counters are sums over all frames.
+  const bullet_ext::ClothContact* clothContact() const { return clothContact_; }
+
   /// 3 × N [m], in the order of the stage's mesh.
   Eigen::Matrix3Xd vertices(int cloth) const;
 
  private:
   void addForces(const Scene& scene);
   void addBody(const Scene& scene);
+  void addClothContact(const Scene& scene);
   void checkStability(const Scene& scene);
   void aimPins(const avatar::MeshView* body);
 
@@ -49,8 +58,10 @@ class SceneRun {
   bullet_ext::FrameTiming timing_;
   bullet_ext::ClothSimulation simulation_;
   std::vector<std::unique_ptr<bullet_ext::ExternalForce>> forces_;
-  std::unique_ptr<bullet_ext::BodySurface> bodySurface_;  ///< null: nothing to touch
-  Eigen::Matrix3Xd skin_;                                 ///< of the frame, 3 × V [m]
+  std::unique_ptr<bullet_ext::BodySurface> bodySurface_;     ///< null: nothing to touch
+  const bullet_ext::BodyConstraint* bodyContact_ = nullptr;  ///< the simulation's
+  const bullet_ext::ClothContact* clothContact_ = nullptr;   ///< the simulation's
+  Eigen::Matrix3Xd skin_;                                    ///< of the frame, 3 × V [m]
   std::vector<ClothStability> preflight_;
   int frame_ = 0;
 };
