@@ -35,8 +35,8 @@ ImplicitOptions implicitOptionsFor(const ClothMaterial& material);
 /// no state but positions and velocities, so that contact may change both between steps. Each stage
 /// minimises
 ///   Φ(x) = |x − y|²_M/(2h²) + E(x),  h = γ dt,
-/// y where inertia and external forces lead, by Newton's method with a line search on Φ: a stage
-/// never takes energy from nowhere, even where it isn't solved to the end.
+/// y where inertia and external forces lead, by Newton's method with a line search on Φ, so
+/// that a stage is safe even where it isn't solved to the end.
 ///
 /// Where it wins (tests/benchmarks/integrator_benchmark: error against run time, 400 vertices of
 /// 0.2 kg/m²). ClothStepper needs substeps of 2/√λ (stability.h), each of some 16 ns per vertex;
