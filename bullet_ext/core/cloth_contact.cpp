@@ -126,6 +126,7 @@ void ClothContact::resolve(std::span<ClothState> states, int /*substep*/) {
   names_.clear();
   awake_.clear();
   contacts_.clear();
+  moved_.assign(at(elements_.numVertices()), false);
   gather();
   addUntangling();
   respond();
@@ -199,17 +200,20 @@ void ClothContact::respond() {
 
 void ClothContact::respondTo(std::size_t index) {
   ListedPair& pair = lists_.pair(names_[index]);
+  AwakePair& awake = awake_[index];
   const PairPoints<float> end = cornersAt(motion_.end, pair.vertices);
-  if (separation(pair.kind, end, pair.axis) >= pair.thickness || tangled(pair)) {
+  awake.margin = separation(pair.kind, end, pair.axis);
+  awake.seen = true;
+  if (awake.margin >= pair.thickness || tangled(pair)) {
     return;
   }
   ++counters_.distances;
   const ClosestPoints<float> closest =
       closestPoints(pair.kind, cornersAt(motion_.start, pair.vertices));
-  AwakePair& awake = awake_[index];
   pair.axis = closest.normal;
   awake.safe = std::min(kSafePart * pair.thickness, kSafeApproach * closest.distance);
-  if (closest.distance < kTouching || separation(pair.kind, end, pair.axis) >= pair.thickness) {
+  awake.margin = separation(pair.kind, end, pair.axis);
+  if (closest.distance < kTouching || awake.margin >= pair.thickness) {
     return;
   }
   Contact contact = makeContact(pair.kind, pair.vertices, closest, elements_.inverseMasses);
@@ -224,6 +228,17 @@ void ClothContact::respondTo(std::size_t index) {
 void ClothContact::sweepAll() {
   for (int i = 0; i < kSweeps && sweep(contacts_, motion_) > 0.0F; ++i) {
   }
+  for (const Contact& contact : contacts_) {
+    for (const int v : contact.vertices) {
+      moved_[at(v)] = true;
+    }
+  }
+}
+
+/// Whether a correction has moved any of the pair's vertices in this substep.
+bool ClothContact::moved(const ListedPair& pair) const {
+  return moved_[at(pair.vertices[0])] || moved_[at(pair.vertices[1])] ||
+         moved_[at(pair.vertices[2])] || moved_[at(pair.vertices[3])];
 }
 
 void ClothContact::certifyAll() {
@@ -255,11 +270,15 @@ std::vector<std::size_t> ClothContact::failingPairs(bool respondToThem) {
 bool ClothContact::certify(std::size_t index, bool respondToIt) {
   ListedPair& pair = lists_.pair(names_[index]);
   AwakePair& awake = awake_[index];
-  const PairPoints<float> end = cornersAt(motion_.end, pair.vertices);
-  awake.margin = separation(pair.kind, end, pair.axis);
   if (awake.safe == 0.0F) {
     awake.safe = kSafePart * pair.thickness;
   }
+  if (awake.seen && awake.margin >= awake.safe && !moved(pair)) {
+    return true;
+  }
+  awake.seen = true;
+  const PairPoints<float> end = cornersAt(motion_.end, pair.vertices);
+  awake.margin = separation(pair.kind, end, pair.axis);
   if (awake.margin >= awake.safe) {
     return true;
   }
@@ -314,6 +333,7 @@ void ClothContact::moveZones(std::vector<std::size_t> failing) {
   VertexZones zones(elements_.numVertices());
   while (joinZones(zones, failing)) {
     counters_.zones += zones.translate(elements_, motion_);
+    std::fill(moved_.begin(), moved_.end(), true);
     gather();
     failing = failingPairs(false);
   }

@@ -89,7 +89,8 @@ class ClothContact final : public SubstepConstraint {
   struct AwakePair {
     int contact = -1;     ///< into contacts_
     float safe = 0.0F;    ///< smallest distance allowed along the path [m]; 0: not known yet
-    float margin = 0.0F;  ///< separation along the pair's axis at the end [m]
+    float margin = 0.0F;  ///< separation along the pair's axis at the end [m],
+    bool seen = false;    ///< if it has been measured
   };
 
   void requireStates(std::span<const ClothState> states) const;
@@ -103,6 +104,7 @@ class ClothContact final : public SubstepConstraint {
   void respond();
   void respondTo(std::size_t index);
   void sweepAll();
+  bool moved(const ListedPair& pair) const;
   void certifyAll();
   std::vector<std::size_t> failingPairs(bool respondToThem);
   bool certify(std::size_t index, bool respondToIt);
@@ -122,6 +124,7 @@ class ClothContact final : public SubstepConstraint {
   bool trusted_ = false;   ///< the start has no crossings that untangling_ doesn't know
   SubstepMotion motion_;
   Eigen::Matrix4Xf integrated_;  ///< the ends as they were given
+  std::vector<char> moved_;      ///< N: vertices that contacts may have corrected
   std::vector<PairName> names_;  ///< of the awake pairs
   std::vector<AwakePair> awake_;
   std::vector<Contact> contacts_;

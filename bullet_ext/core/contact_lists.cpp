@@ -2,6 +2,8 @@
 
 #include "bullet_ext/core/contact_response.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -30,6 +32,9 @@ std::size_t at(Eigen::Index i) {
   return static_cast<std::size_t>(i);
 }
 
+/// Of positions whose fourth coordinate is that along some unit axis, so that boxes are slabs along
+/// four directions: layers that lie on each other askew overlap in x, y and z, but not along their
+/// normal.
 struct Box {
   Eigen::Array4f low, high;
 
@@ -57,13 +62,29 @@ Box boxOf(const Positions& x, const Columns& columns) {
 
 /// Lower bound of the distance between what is in two boxes.
 float distanceBetween(const Box& a, const Box& b) {
-  return (a.low - b.high).max(b.low - a.high).max(0.0F).matrix().norm() / kRoundUp;
+  const Eigen::Vector4f gaps = (a.low - b.high).max(b.low - a.high).max(0.0F).matrix();
+  return std::max(gaps.head<3>().norm(), gaps[3]) / kRoundUp;
 }
 
 struct BoxedElement {
   Box box;
   int element = 0;
 };
+
+/// Mean unit normal of a patch, row 3 is 0; 0 when it has none.
+Eigen::Vector4f normalOf(
+    const Positions& x, const ContactElements& elements, const ContactPatch& patch) {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (const int f : patch.faces) {
+    const Eigen::Vector3f a = x.col(elements.faces(0, f)).head<3>();
+    const Eigen::Vector3f b = x.col(elements.faces(1, f)).head<3>();
+    const Eigen::Vector3f c = x.col(elements.faces(2, f)).head<3>();
+    sum += (b - a).cross(c - a);
+  }
+  Eigen::Vector4f normal = Eigen::Vector4f::Zero();
+  normal.head<3>() = sum.normalized();
+  return normal;
+}
 
 /// The elements (columns of vertex indices) of a patch that are near a box.
 template <typename Elements>
@@ -139,12 +160,25 @@ class ListBuilder {
     if (joined || (kind == PairKind::kVertexTriangle && v[0] == v[1])) {
       return;
     }
-    const ClosestPoints<float> closest = closestPoints(kind, cornersAt(x_, v));
+    const PairPoints<float> x = cornersAt(x_, v);
+    if (centresSeparate(kind, x)) {
+      return;
+    }
+    const ClosestPoints<float> closest = closestPoints(kind, x);
     const float thickness = closest.distance < range_ ? thicknessOf(kind, v) : 0.0F;
     if (thickness > 0.0F) {
       pairs.push_back({kind, v, thickness, closest.normal});
       wakeUp.push_back(closest.distance - thickness);
     }
+  }
+
+  /// Whether the line through the centres shows that the elements are out of range. Most are.
+  bool centresSeparate(PairKind kind, const PairPoints<float>& x) const {
+    const Eigen::Vector3f line =
+        kind == PairKind::kVertexTriangle
+            ? Eigen::Vector3f(3.0F * x.col(0) - x.col(1) - x.col(2) - x.col(3))
+            : Eigen::Vector3f(x.col(0) + x.col(1) - x.col(2) - x.col(3));
+    return separation(kind, x, line) > kRoundUp * range_ * line.norm();
   }
 
   /// What is near at rest need not be kept farther apart than half of that.
@@ -228,8 +262,11 @@ bool ContactLists::wanted(int patch1, int patch2) const {
 void ContactLists::search(const Positions& start) {
   searchReach_ = std::max(kSearchReach, 2.0F * searchStep_);
   searchConsumed_ = 0.0F;
+  slanted_.resize(4, elements_.numVertices());
+  normals_.clear();
   std::vector<Box> boxes;
   for (const ContactPatch& patch : elements_.patches) {
+    normals_.push_back(normalOf(start, elements_, patch));
     boxes.push_back(boxOf(start, patch.corners).widened(0.5F * (largestThickness_ + searchReach_)));
   }
   std::vector<List> lists;
@@ -252,7 +289,15 @@ float ContactLists::thicknessOf(const List& list) const {
       elements_.patches[at(list.patch1)].garment, elements_.patches[at(list.patch2)].garment);
 }
 
-void ContactLists::build(List& list, const Positions& start, ContactCounters& counters) const {
+void ContactLists::addCoordinate(
+    const Positions& x, const ContactPatch& patch, const Eigen::Vector4f& axis) {
+  for (const int v : patch.corners) {
+    slanted_.col(v) = x.col(v);
+    slanted_(3, v) = axis.dot(x.col(v));
+  }
+}
+
+void ContactLists::build(List& list, const Positions& start, ContactCounters& counters) {
   ++counters.listBuilds;
   const ContactPatch& patch1 = elements_.patches[at(list.patch1)];
   const ContactPatch& patch2 = elements_.patches[at(list.patch2)];
@@ -263,14 +308,16 @@ void ContactLists::build(List& list, const Positions& start, ContactCounters& co
       2.0F * list.examined);
   list.pairs.clear();
   list.wakeUp.clear();
-  const Box box1 = boxOf(start, patch1.corners);
-  const Box box2 = boxOf(start, patch2.corners);
+  addCoordinate(start, patch1, normals_[at(list.patch1)]);
+  addCoordinate(start, patch2, normals_[at(list.patch1)]);
+  const Box box1 = boxOf(slanted_, patch1.corners);
+  const Box box2 = boxOf(slanted_, patch2.corners);
   const float apart = distanceBetween(box1, box2);
   if (apart >= thickness + list.reach) {
     list.reach = apart - thickness;
     return;
   }
-  ListBuilder builder(elements_, start, thickness, list.reach);
+  ListBuilder builder(elements_, slanted_, thickness, list.reach);
   builder.matchVertices(patch1, box1, patch2, box2);
   if (list.patch1 != list.patch2) {
     builder.matchVertices(patch2, box2, patch1, box1);

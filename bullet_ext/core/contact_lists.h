@@ -117,7 +117,8 @@ class ContactLists {
   void search(const Positions& start);
   bool wanted(int patch1, int patch2) const;
   float thicknessOf(const List& list) const;
-  void build(List& list, const Positions& start, ContactCounters& counters) const;
+  void build(List& list, const Positions& start, ContactCounters& counters);
+  void addCoordinate(const Positions& x, const ContactPatch& patch, const Eigen::Vector4f& axis);
   bool collectFrom(
       std::size_t list,
       const Positions& start,
@@ -128,7 +129,9 @@ class ContactLists {
   const ContactElements& elements_;
   ContactListsOptions options_;
   float largestThickness_ = 0.0F;
-  std::vector<Motion> motions_;  ///< of the patches in the running substep
+  std::vector<Motion> motions_;           ///< of the patches in the running substep
+  std::vector<Eigen::Vector4f> normals_;  ///< of the patches at the last search
+  Positions slanted_;  ///< with a fourth coordinate; valid for the list that is being made
   float searchReach_ = -1.0F, searchConsumed_ = 0.0F, searchStep_ = 0.0F;  ///< as in List
   std::vector<List> lists_;  ///< ascending in (patch1, patch2)
 };

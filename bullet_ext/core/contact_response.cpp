@@ -38,14 +38,6 @@ Eigen::Vector4f frictionImpulse(Contact& contact, const Eigen::Vector4f& relativ
 
 }  // namespace
 
-PairPoints<float> cornersAt(const Eigen::Matrix4Xf& positions, const std::array<int, 4>& vertices) {
-  PairPoints<float> corners;
-  for (int k = 0; k < 4; ++k) {
-    corners.col(k) = positions.col(vertices[static_cast<std::size_t>(k)]).head<3>();
-  }
-  return corners;
-}
-
 Contact makeContact(
     PairKind kind,
     const std::array<int, 4>& vertices,

@@ -33,7 +33,13 @@ struct SubstepMotion {
   Eigen::Matrix4Xf end;
 };
 
-PairPoints<float> cornersAt(const Eigen::Matrix4Xf& positions, const std::array<int, 4>& vertices);
+inline PairPoints<float> cornersAt(
+    const Eigen::Matrix4Xf& positions, const std::array<int, 4>& vertices) {
+  PairPoints<float> corners;
+  corners << positions.col(vertices[0]).head<3>(), positions.col(vertices[1]).head<3>(),
+      positions.col(vertices[2]).head<3>(), positions.col(vertices[3]).head<3>();
+  return corners;
+}
 
 Contact makeContact(
     PairKind kind,

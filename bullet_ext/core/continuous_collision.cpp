@@ -16,7 +16,7 @@ using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
 template <typename Scalar>
 using Vector4 = Eigen::Matrix<Scalar, 4, 1>;
 
-/// The nearest of some choices of weights. Every choice names a point of each element, so a choice
+/// The nearest of some choices of points. Every choice names a point of each element, so a choice
 /// spoilt by rounding is at worst not the nearest one.
 template <typename Scalar>
 class Nearest {
@@ -26,35 +26,38 @@ class Nearest {
 
   const PairPoints<Scalar>& corners() const { return x_; }
 
-  /// A choice inside of both elements wins against one on their borders that is nearer by no more
-  /// than rounding: the normal would depend on which of the two it is.
-  void offer(const Vector4<Scalar>& weights, bool inside = false) {
-    const Vector3<Scalar> difference = x_ * weights;
-    const Scalar squared = difference.squaredNorm();
-    const Scalar favour = inside ? 1 + 64 * std::numeric_limits<Scalar>::epsilon() : Scalar(1);
-    if (squared < favour * squared_) {
-      squared_ = squared;
-      difference_ = difference;
-      weights_ = weights;
-    }
-  }
-
   /// Corner p against the segment from a to b; the sign is that of the corner's element.
   void offerPointSegment(int p, int a, int b, Scalar sign) {
     const Vector3<Scalar> edge = x_.col(b) - x_.col(a);
+    const Vector3<Scalar> arm = x_.col(p) - x_.col(a);
     const Scalar length2 = edge.squaredNorm();
-    const Scalar along = edge.dot(x_.col(p) - x_.col(a));
+    const Scalar along = edge.dot(arm);
     const Scalar s = along > 0 ? (along < length2 ? along / length2 : Scalar(1)) : Scalar(0);
-    Vector4<Scalar> weights = Vector4<Scalar>::Zero();
-    weights[p] = sign;
-    weights[a] = -sign * (1 - s);
-    weights[b] = -sign * s;
-    offer(weights);
+    const Vector3<Scalar> difference = arm - s * edge;
+    const Scalar squared = difference.squaredNorm();
+    if (squared < squared_) {
+      squared_ = squared;
+      difference_ = sign * difference;
+      segment_ = {p, a, b, sign, s};
+    }
+  }
+
+  /// A choice inside of both elements wins against those on their borders that are nearer by no
+  /// more than rounding: the normal would depend on which of the two it is.
+  void offerInside(const Vector4<Scalar>& weights) {
+    const Vector3<Scalar> difference = x_ * weights;
+    const Scalar squared = difference.squaredNorm();
+    if (squared < (1 + 64 * std::numeric_limits<Scalar>::epsilon()) * squared_) {
+      squared_ = squared;
+      difference_ = difference;
+      segment_.corner = -1;
+      insideWeights_ = weights;
+    }
   }
 
   /// `across` is the direction to name when the elements touch.
   ClosestPoints<Scalar> result(const Vector3<Scalar>& across) const {
-    ClosestPoints<Scalar> closest = {std::sqrt(squared_), difference_, weights_};
+    ClosestPoints<Scalar> closest = {std::sqrt(squared_), difference_, weights()};
     if (closest.distance > 0) {
       closest.normal /= closest.distance;
     } else {
@@ -65,10 +68,27 @@ class Nearest {
   }
 
  private:
+  struct PointSegment {
+    int corner = -1, a = 0, b = 0;
+    Scalar sign = 1, s = 0;
+  };
+
+  Vector4<Scalar> weights() const {
+    if (segment_.corner < 0) {
+      return insideWeights_;
+    }
+    Vector4<Scalar> weights = Vector4<Scalar>::Zero();
+    weights[segment_.corner] = segment_.sign;
+    weights[segment_.a] = -segment_.sign * (1 - segment_.s);
+    weights[segment_.b] = -segment_.sign * segment_.s;
+    return weights;
+  }
+
   PairPoints<Scalar> x_;
   Scalar squared_ = std::numeric_limits<Scalar>::infinity();
   Vector3<Scalar> difference_ = Vector3<Scalar>::Zero();
-  Vector4<Scalar> weights_ = Vector4<Scalar>::Zero();
+  PointSegment segment_;
+  Vector4<Scalar> insideWeights_ = Vector4<Scalar>::Zero();
 };
 
 template <typename Scalar>
@@ -86,7 +106,7 @@ ClosestPoints<Scalar> closestVertexTriangle(const PairPoints<Scalar>& corners) {
       normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b)));
   const Scalar sum = areas.sum();
   if (areas.minCoeff() > 0 && sum > 0) {
-    nearest.offer({1, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum}, true);
+    nearest.offerInside({1, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum});
   }
   return nearest.result(normal);
 }
@@ -108,7 +128,7 @@ ClosestPoints<Scalar> closestEdges(const PairPoints<Scalar>& corners) {
   const Scalar s = g.cross(f).dot(across);
   const Scalar t = g.cross(e).dot(across);
   if (s > 0 && s < norm2 && t > 0 && t < norm2) {
-    nearest.offer({1 - s / norm2, s / norm2, -(1 - t / norm2), -t / norm2}, true);
+    nearest.offerInside({1 - s / norm2, s / norm2, -(1 - t / norm2), -t / norm2});
   }
   return nearest.result(across);
 }
@@ -147,14 +167,6 @@ ClosestPoints<Scalar> closestPoints(PairKind kind, const PairPoints<Scalar>& x) 
 }
 
 template <typename Scalar>
-Scalar separation(
-    PairKind kind, const PairPoints<Scalar>& x, const Eigen::Matrix<Scalar, 3, 1>& axis) {
-  const Vector4<Scalar> h = x.transpose() * axis;
-  return kind == PairKind::kVertexTriangle ? h[0] - std::max({h[1], h[2], h[3]})
-                                           : std::min(h[0], h[1]) - std::max(h[2], h[3]);
-}
-
-template <typename Scalar>
 std::optional<Approach<Scalar>> firstApproach(
     PairKind kind, const PairPoints<Scalar>& start, const PairPoints<Scalar>& end, Scalar gap) {
   // Around x0, so that rounding is relative to the pair's extent and not to its place.
@@ -185,8 +197,6 @@ std::optional<Approach<Scalar>> firstApproach(
 
 template ClosestPoints<float> closestPoints(PairKind, const PairPoints<float>&);
 template ClosestPoints<double> closestPoints(PairKind, const PairPoints<double>&);
-template float separation(PairKind, const PairPoints<float>&, const Eigen::Vector3f&);
-template double separation(PairKind, const PairPoints<double>&, const Eigen::Vector3d&);
 template std::optional<Approach<float>> firstApproach(
     PairKind, const PairPoints<float>&, const PairPoints<float>&, float);
 template std::optional<Approach<double>> firstApproach(

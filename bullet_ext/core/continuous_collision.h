@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -41,7 +42,11 @@ ClosestPoints<Scalar> closestPoints(PairKind kind, const PairPoints<Scalar>& x);
 /// end are at least s apart all the time.
 template <typename Scalar>
 Scalar separation(
-    PairKind kind, const PairPoints<Scalar>& x, const Eigen::Matrix<Scalar, 3, 1>& axis);
+    PairKind kind, const PairPoints<Scalar>& x, const Eigen::Matrix<Scalar, 3, 1>& axis) {
+  const Eigen::Matrix<Scalar, 4, 1> h = x.transpose() * axis;
+  return kind == PairKind::kVertexTriangle ? h[0] - std::max({h[1], h[2], h[3]})
+                                           : std::min(h[0], h[1]) - std::max(h[2], h[3]);
+}
 
 template <typename Scalar>
 struct Approach {
