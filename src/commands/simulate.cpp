@@ -48,6 +48,10 @@ class SimulationOutput {
       : stage_(stage), folder_(folder), performance_(folder / "performance.npz", layout(stage)) {
     for (const StagedCloth& cloth : stage.cloths)
       edgeStrains_.emplace_back(cloth.rest);
+    if (stage.body) {
+      const Eigen::Matrix3Xd skin = stage.body->vertices(0);
+      penetration_.emplace(avatar::MeshView(skin, stage.body->model().faces));
+    }
   }
 
   /// `number`: counted from the first one that is shown.
@@ -59,6 +63,7 @@ class SimulationOutput {
       const int staged = stage_.numPrerollFrames + number;
       frame.pose = stage_.body->poses()[static_cast<std::size_t>(staged)];
       skin = stage_.body->vertices(staged);
+      penetration_->moveBody(skin);
       moment.meshes.push_back({{skin, stage_.body->model().faces}, {0.95, 0.80, 0.71}});
     }
     for (std::size_t i = 0; i < stage_.cloths.size(); ++i) {
@@ -67,8 +72,8 @@ class SimulationOutput {
           {vertices.cast<float>(),
            std::vector<std::uint8_t>(static_cast<std::size_t>(vertices.cols()), 0)});
       edgeStrains_[i].add(vertices, strains_);
-      if (stage_.body)
-        penetration_.add(vertices, {skin, stage_.body->model().faces});
+      if (penetration_)
+        penetration_->add(vertices);
       moment.meshes.push_back({{vertices, stage_.cloths[i].rest.faces}, stage_.cloths[i].color});
     }
     if (run.clothContact() != nullptr)
@@ -90,11 +95,12 @@ class SimulationOutput {
         {"frames", performance_.numFrames()},
         {"edge_strain",
          {{"mean", strains_.mean()}, {"p95", strains_.quantile(0.95)}, {"max", strains_.max()}}}};
-    if (stage_.body && penetration_.vertices > 0)
+    if (penetration_ && penetration_->vertices() > 0)
       result["penetration"] = {
           {"fraction",
-           static_cast<double>(penetration_.inside) / static_cast<double>(penetration_.vertices)},
-          {"max_mm", 1000.0 * penetration_.deepest}};
+           static_cast<double>(penetration_->inside()) /
+               static_cast<double>(penetration_->vertices())},
+          {"max_mm", 1000.0 * penetration_->deepest()}};
     if (crossings_)
       result["crossing_triangle_pairs"] = *crossings_;
     return result;
@@ -181,8 +187,8 @@ class SimulationOutput {
   PerformanceWriter performance_;
   std::vector<EdgeStrain> edgeStrains_;
   Distribution strains_{1e-4};
-  Penetration penetration_;
-  std::optional<std::size_t> crossings_;  // summed over the frames
+  std::optional<Penetration> penetration_;  // with a body
+  std::optional<std::size_t> crossings_;    // summed over the frames
   std::vector<SceneMoment> moments_;
 };
 

@@ -1,7 +1,6 @@
 #include "src/evaluation/cloth_metrics.h"
 
 #include "avatar/geometry/adjacency.h"
-#include "avatar/geometry/closest_point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,14 +45,13 @@ void EdgeStrain::add(const Eigen::Matrix3Xd& vertices, Distribution& strains) co
   }
 }
 
-void Penetration::add(const Eigen::Matrix3Xd& cloth, const avatar::MeshView& body) {
+void Penetration::add(const Eigen::Matrix3Xd& cloth) {
   constexpr double kReach = 0.05;  // farther out is outside, farther in is no cloth's place [m]
-  const avatar::SignedDistance skin(body);
   for (const auto& vertex : cloth.colwise()) {
-    const double distance = skin(vertex, kReach).distance;
-    ++vertices;
-    inside += distance < 0.0 ? 1 : 0;
-    deepest = std::max(deepest, -distance);
+    const double distance = skin_(vertex, kReach).distance;
+    ++vertices_;
+    inside_ += distance < 0.0 ? 1 : 0;
+    deepest_ = std::max(deepest_, -distance);
   }
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/mesh.h"
 
 #include <Eigen/Core>
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -51,13 +51,27 @@ class EdgeStrain {
   Eigen::VectorXd restLengths_;  // [m]
 };
 
-/// Vertices of a garment under the skin.
-struct Penetration {
-  std::int64_t vertices = 0;  ///< looked at
-  std::int64_t inside = 0;
-  double deepest = 0.0;  ///< [m]
+/// Vertices of garments under the skin, over all frames.
+class Penetration {
+ public:
+  explicit Penetration(const avatar::MeshView& body) : skin_(body) {}
 
-  void add(const Eigen::Matrix3Xd& cloth, const avatar::MeshView& body);
+  /// The skin of the coming frame, 3 × V [m].
+  void moveBody(const Eigen::Matrix3Xd& vertices) { skin_.refit(vertices); }
+
+  void add(const Eigen::Matrix3Xd& cloth);
+
+  std::int64_t vertices() const { return vertices_; }  ///< looked at
+
+  std::int64_t inside() const { return inside_; }
+
+  double deepest() const { return deepest_; }  ///< [m]
+
+ private:
+  avatar::SignedDistance skin_;
+  std::int64_t vertices_ = 0;
+  std::int64_t inside_ = 0;
+  double deepest_ = 0.0;
 };
 
 }  // namespace simulcap

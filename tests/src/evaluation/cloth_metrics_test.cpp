@@ -34,11 +34,15 @@ TEST(Penetration, CountsWhatIsUnderTheSkin) {
   cloth.col(0) << 0.0, 0.0, 0.52;
   cloth.col(1) << 0.0, 0.48, 0.0;
   cloth.col(2) << 3.0, 0.0, 0.0;
-  Penetration penetration;
-  penetration.add(cloth, body);
-  EXPECT_EQ(penetration.vertices, 3);
-  EXPECT_EQ(penetration.inside, 1);
-  EXPECT_NEAR(penetration.deepest, 0.02, 0.003);  // the polyhedron lies inside the sphere
+  Penetration penetration(body);
+  penetration.add(cloth);
+  EXPECT_EQ(penetration.vertices(), 3);
+  EXPECT_EQ(penetration.inside(), 1);
+  EXPECT_NEAR(penetration.deepest(), 0.02, 0.003);  // the polyhedron lies inside the sphere
+  penetration.moveBody(2.0 * body.vertices);
+  penetration.add(cloth);
+  EXPECT_EQ(penetration.vertices(), 6);
+  EXPECT_EQ(penetration.inside(), 1);  // the others are farther in than cloth gets
 }
 
 }  // namespace
