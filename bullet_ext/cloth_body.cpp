@@ -3,7 +3,9 @@
 #include "bullet_ext/bullet_vector.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
+#include <Eigen/Geometry>
 
+#include <cmath>
 #include <stdexcept>
 
 namespace bullet_ext {
@@ -37,6 +39,50 @@ btDbvtNode* newTreeNode(btDbvtNode* parent) {
   node->childs[0] = node->childs[1] = nullptr;
   return node;
 }
+
+/// Möller and Trumbore, Fast, Minimum Storage Ray/Triangle Intersection, 1997; both sides count.
+class NearestHit final : public btDbvt::ICollide {
+ public:
+  NearestHit(const ClothBody& body, const Eigen::Vector3d& from, const Eigen::Vector3d& way)
+      : body_(body), from_(from), way_(way) {}
+
+  void Process(const btDbvtNode* leaf) override {
+    const auto& face = *static_cast<const btSoftBody::Face*>(leaf->data);
+    const Eigen::Vector3d a = corner(face, 0);
+    const Eigen::Vector3d ab = corner(face, 1) - a;
+    const Eigen::Vector3d ac = corner(face, 2) - a;
+    const Eigen::Vector3d doubleArea = ab.cross(ac);
+    const double descent = -way_.dot(doubleArea);
+    if (descent == 0.0)
+      return;
+    const Eigen::Vector3d offset = from_ - a;
+    const Eigen::Vector3d moment = offset.cross(way_);
+    const double fraction = offset.dot(doubleArea) / descent;
+    const double u = ac.dot(moment) / descent;
+    const double v = -ab.dot(moment) / descent;
+    if (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && fraction >= 0.0 && fraction <= 1.0 &&
+        (hit.face < 0 || fraction < hit.fraction))
+      keep(face, fraction, doubleArea.normalized());
+  }
+
+  ClothRayHit hit;
+
+ private:
+  static Eigen::Vector3d corner(const btSoftBody::Face& face, int index) {
+    return fromBullet(face.m_n[index]->m_x).cast<double>();
+  }
+
+  void keep(const btSoftBody::Face& face, double fraction, const Eigen::Vector3d& normal) {
+    hit = {
+        .fraction = fraction,
+        .face = static_cast<int>(&face - &body_.m_faces[0]),
+        .vertices = {face.m_n[0]->index, face.m_n[1]->index, face.m_n[2]->index},
+        .normal = normal};
+  }
+
+  const ClothBody& body_;
+  Eigen::Vector3d from_, way_;
+};
 
 }  // namespace
 
@@ -172,6 +218,15 @@ void ClothBody::fitFaceTree() {
       Merge(node.childs[0]->volume, node.childs[1]->volume, node.volume);
   }
   treeIsFitted_ = true;
+}
+
+std::optional<ClothRayHit> ClothBody::castRay(
+    const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  if (!treeIsFitted_)
+    fitFaceTree();
+  NearestHit nearest(*this, from, to - from);
+  btDbvt::rayTest(m_fdbvt.m_root, toBullet(from), toBullet(to), nearest);
+  return nearest.hit.face < 0 ? std::nullopt : std::optional(nearest.hit);
 }
 
 /// All volumes of the tree a good deal larger than the cloth, so that they hold for many frames.

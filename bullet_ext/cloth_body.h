@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace bullet_ext {
@@ -15,6 +16,14 @@ namespace bullet_ext {
 enum class FaceTreeUpdate {
   kEveryFrame,  ///< rays are right at any time
   kOnDemand     ///< who casts rays calls fitFaceTree() first
+};
+
+/// Where a ray meets a cloth first.
+struct ClothRayHit {
+  double fraction = 1.0;  ///< of the way from the ray's start to its end
+  int face = -1;          ///< of the body
+  Eigen::Vector3i vertices = Eigen::Vector3i::Constant(-1);  ///< the face's, as nodes
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();          ///< the face's, unit
 };
 
 /// A core cloth as the rest of a Bullet world sees it: node i is vertex i of the mesh's input, and
@@ -48,6 +57,9 @@ class ClothBody final : public btSoftBody {
   /// cloth that they come near to, and Bullet's test of a single triangle lets rays hit that pass
   /// it by decimetres: its tolerance is absolute, and boxes are what makes up for it.
   void fitFaceTree();
+
+  /// Exactly, and fitting the tree if needed; nothing if the ray passes the cloth.
+  std::optional<ClothRayHit> castRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
  private:
   std::size_t solverIndex(int node) const {

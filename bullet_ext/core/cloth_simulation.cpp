@@ -42,6 +42,14 @@ void ClothSimulation::addForce(int cloth, const ExternalForce& force) {
   forces_.at(static_cast<std::size_t>(cloth)).push_back(&force);
 }
 
+void ClothSimulation::removeForce(int cloth, const ExternalForce& force) {
+  auto& forces = forces_.at(static_cast<std::size_t>(cloth));
+  const auto found = std::find(forces.begin(), forces.end(), &force);
+  if (found == forces.end())
+    throw std::invalid_argument("ClothSimulation: the force to be removed is not there");
+  forces.erase(found);
+}
+
 void ClothSimulation::addConstraint(std::unique_ptr<SubstepConstraint> constraint) {
   constraints_.push_back(std::move(constraint));
 }

@@ -76,6 +76,9 @@ class ClothSimulation {
 
   void addForce(int cloth, const ExternalForce& force);
 
+  /// Undoes one addForce(); throws std::invalid_argument if there was none.
+  void removeForce(int cloth, const ExternalForce& force);
+
   /// Constraints resolve in the order in which they were added.
   void addConstraint(std::unique_ptr<SubstepConstraint> constraint);
 
