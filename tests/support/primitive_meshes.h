@@ -1,6 +1,7 @@
 #pragma once
 
 #include "avatar/geometry/mesh.h"
+#include "avatar/geometry/primitives_mesh.h"
 
 #include <Eigen/Core>
 
@@ -39,16 +40,7 @@ class Noise {
 
 /// Unit cube around the origin, 8 vertices, 12 faces, closed.
 inline TriangleMesh cube() {
-  TriangleMesh mesh;
-  mesh.vertices.resize(3, 8);
-  for (int i = 0; i < 8; ++i) {
-    mesh.vertices.col(i) << (i & 1) - 0.5, ((i >> 1) & 1) - 0.5, ((i >> 2) & 1) - 0.5;
-  }
-  mesh.faces.resize(3, 12);
-  mesh.faces << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
-      3, 2, 5, 7, 1, 5, 7, 6, 4, 6, 3, 7,            //
-      1, 3, 7, 6, 5, 4, 3, 7, 6, 2, 7, 5;
-  return mesh;
+  return boxMesh({1.0, 1.0, 1.0});
 }
 
 /// Sphere of a radius around the origin: an icosahedron whose faces are split `levels` times.
