@@ -124,7 +124,8 @@ class SimulationOutput {
     if (stage.body)
       layout.betas = stage.body->betas();
     for (const StagedCloth& cloth : stage.cloths)
-      layout.garments.push_back({cloth.name, static_cast<int>(cloth.rest.numVertices())});
+      layout.garments.push_back(
+          {cloth.name, static_cast<int>(cloth.rest.numVertices()), cloth.rest.faces});
     return layout;
   }
 

@@ -21,6 +21,15 @@ using Type = avatar::NpyArray::Type;
 
 constexpr int kPoseSize = 3 * avatar::kNumSmplJoints;
 
+/// The last part that begin() makes, the constants being sorted by key: a folder that holds it
+/// holds all the others.
+constexpr const char* kLastPart = "up_axis";
+
+bool hasProperFaces(const PerformanceLayout::Garment& garment) {
+  return garment.faces.cols() > 0 && garment.faces.minCoeff() >= 0 &&
+         garment.faces.maxCoeff() < garment.numVertices;
+}
+
 void requireValid(const PerformanceLayout& layout) {
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -30,10 +39,10 @@ void requireValid(const PerformanceLayout& layout) {
   for (const PerformanceLayout::Garment& garment : layout.garments) {
     const std::string& name = garment.name;
     if (name.empty() || !std::all_of(name.begin(), name.end(), allowed) ||
-        !names.insert(name).second || garment.numVertices <= 0)
+        !names.insert(name).second || !hasProperFaces(garment))
       throw std::invalid_argument(
           "PerformanceWriter: garment '" + name +
-          "' needs a name of its own (letters, digits, _, -) and vertices");
+          "' needs a name of its own (letters, digits, _, -) and faces of its vertices");
   }
   if (!(layout.framesPerSecond > 0.0) || !std::isfinite(layout.framesPerSecond) ||
       !layout.betas.allFinite())
@@ -44,6 +53,11 @@ avatar::NpyArray vectorArray(const Eigen::VectorXd& values) {
   avatar::NpyArray array = avatar::NpyArray::fromMatrix(values);
   array.shape = {values.size()};
   return array;
+}
+
+/// (F, 3).
+avatar::NpyArray facesArray(const Eigen::Matrix3Xi& faces) {
+  return avatar::NpyArray::fromMatrix(faces.transpose().cast<double>(), Type::kInt32);
 }
 
 std::string_view textOf(const std::vector<std::uint8_t>& bytes) {
@@ -79,10 +93,13 @@ std::vector<PerformanceWriter::Part> PerformanceWriter::parts() const {
 avatar::NpzArrays PerformanceWriter::constants() const {
   avatar::NpyArray rate = vectorArray(Eigen::VectorXd::Constant(1, layout_.framesPerSecond));
   rate.shape = {};
-  return {
+  avatar::NpzArrays arrays = {
       {"betas", vectorArray(layout_.betas)},
       {"mocap_framerate", std::move(rate)},
-      {"up_axis", avatar::NpyArray::fromText("y")}};
+      {kLastPart, avatar::NpyArray::fromText("y")}};
+  for (const PerformanceLayout::Garment& garment : layout_.garments)
+    arrays["faces_" + garment.name] = facesArray(garment.faces);
+  return arrays;
 }
 
 std::string PerformanceWriter::partPath(const std::string& key) const {
@@ -98,16 +115,14 @@ void PerformanceWriter::begin() {
         folder_, "", "cannot be made (" + error.message() + "); choose a folder you may write to");
   for (const Part& part : parts())
     files_.emplace_back(partPath(part.key), part.rows);
-  // Last, so that a folder with all of them holds every other part too.
+  // After the parts that grow: see kLastPart.
   for (const auto& [key, array] : constants())
     avatar::writeFileAtomically(partPath(key), textOf(avatar::formatNpy(array)));
 }
 
 bool PerformanceWriter::resume() {
-  for (const auto& [key, array] : constants()) {
-    if (!fs::exists(partPath(key)))
-      return false;
-  }
+  if (!fs::exists(partPath(kLastPart)))
+    return false;
   requireSameLayout();
   // A run may have ended between two parts of a frame: only whole frames count.
   const std::vector<Part> all = parts();

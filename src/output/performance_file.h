@@ -16,6 +16,7 @@ struct PerformanceLayout {
   struct Garment {
     std::string name;  ///< letters, digits, _ and -; unique
     int numVertices = 0;
+    Eigen::Matrix3Xi faces;  ///< 3 × F, F > 0, vertex indices
   };
 
   double framesPerSecond = 30.0;
@@ -39,8 +40,8 @@ enum class PerformanceStart {
 };
 
 /// Writes performance.npz frame by frame: AMASS's keys (poses, trans, betas, mocap_framerate,
-/// up_axis) with garment_<name> (T, V, 3) float32 and provenance_<name> (T, V) uint8. Memory
-/// doesn't grow with the frames.
+/// up_axis) with, per garment, garment_<name> (T, V, 3) float32, provenance_<name> (T, V) uint8 and
+/// faces_<name> (F, 3) int32. Memory doesn't grow with the frames.
 ///
 /// Until finish() the arrays lie in the folder PATH.parts; the file appears at its end, whole, and
 /// the folder goes. A run that ends before leaves the folder, with every frame that was appended,

@@ -27,11 +27,19 @@ std::string bytesOf(const std::string& path) {
   return text.str();
 }
 
+/// A strip of triangles through all the vertices.
+Eigen::Matrix3Xi strip(int numVertices) {
+  Eigen::Matrix3Xi faces(3, numVertices - 2);
+  for (int f = 0; f < numVertices - 2; ++f)
+    faces.col(f) << f, f + 1 + f % 2, f + 2 - f % 2;
+  return faces;
+}
+
 PerformanceLayout layout(int numVertices = 5) {
   return {
       .framesPerSecond = 29.97,
       .betas = Eigen::Vector3d(0.5, -1.0, 2.0),
-      .garments = {{"upper", numVertices}, {"lower", 3}}};
+      .garments = {{"upper", numVertices, strip(numVertices)}, {"lower", 3, strip(3)}}};
 }
 
 /// Any frame, another for every index.
@@ -88,13 +96,16 @@ TEST_F(PerformanceFile, ReadsBackBitForBit) {
   EXPECT_EQ(writer.numFrames(), kFrames);
   writer.finish();
   const avatar::NpzArrays arrays = avatar::readNpz(path_);
-  EXPECT_EQ(arrays.size(), 9U);
+  EXPECT_EQ(arrays.size(), 11U);
   EXPECT_EQ(arrays.at("poses").shapeText(), "(7, 72)");
   EXPECT_EQ(arrays.at("trans").shapeText(), "(7, 3)");
   EXPECT_EQ(arrays.at("garment_upper").shapeText(), "(7, 5, 3)");
   EXPECT_EQ(arrays.at("garment_upper").type, Type::kFloat32);
   EXPECT_EQ(arrays.at("provenance_lower").shapeText(), "(7, 3)");
   EXPECT_EQ(arrays.at("provenance_lower").type, Type::kUint8);
+  EXPECT_EQ(arrays.at("faces_upper").type, Type::kInt32);
+  EXPECT_EQ(arrays.at("faces_upper").asMatrix(), strip(5).transpose().cast<double>());
+  EXPECT_EQ(arrays.at("faces_lower").shapeText(), "(1, 3)");
   EXPECT_EQ(arrays.at("mocap_framerate").at(0), 29.97);
   EXPECT_EQ(arrays.at("betas").asMatrix(), layout().betas);
   EXPECT_EQ(arrays.at("up_axis").asText(), "y");
@@ -190,7 +201,10 @@ TEST_F(PerformanceFile, AnotherPerformanceIsNotContinued) {
   other.garments.pop_back();
   refused(other);
   other = layout();
-  other.garments.push_back({"hat", 4});
+  other.garments.push_back({"hat", 4, strip(4)});
+  refused(other);
+  other = layout();
+  other.garments[1].faces.col(0) << 1, 2, 0;
   refused(other);
   std::ofstream(part("poses"), std::ios::binary) << "damaged";
   refused(layout());
@@ -200,10 +214,13 @@ TEST_F(PerformanceFile, RefusesWhatDoesNotFit) {
   const auto refused = [&](PerformanceLayout broken) {
     EXPECT_THROW(PerformanceWriter(path_, std::move(broken)), std::invalid_argument);
   };
-  refused({.garments = {{"a/b", 3}}});
-  refused({.garments = {{"", 3}}});
-  refused({.garments = {{"a", 3}, {"a", 3}}});
-  refused({.garments = {{"a", 0}}});
+  refused({.garments = {{"a/b", 3, strip(3)}}});
+  refused({.garments = {{"", 3, strip(3)}}});
+  refused({.garments = {{"a", 3, strip(3)}, {"a", 3, strip(3)}}});
+  refused({.garments = {{"a", 0, {}}}});
+  refused({.garments = {{"a", 3, {}}}});
+  refused({.garments = {{"a", 3, strip(4)}}});
+  refused({.garments = {{"a", 3, strip(3).array() - 1}}});
   refused({.framesPerSecond = 0.0});
 
   PerformanceWriter writer(path_, layout());
