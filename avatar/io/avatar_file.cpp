@@ -66,8 +66,8 @@ std::string avatarBytes(const LayeredAvatar& avatar) {
     setExtras(builder, node, kClothExtrasKey, clothExtras(garment));
   }
   const Motion turn = turntable(body);
-  builder.model.animations.push_back(
-      makeSkeletonClip(builder, body, skeleton, turn, addTimes(builder, turn)));
+  builder.model.animations.push_back(makeSkeletonClip(
+      builder, body, skeleton, turn, addTimes(builder, turn.frames.size(), turn.framesPerSecond)));
   builder.model.animations.back().name = "turn";
   return builder.takeBytes();
 }

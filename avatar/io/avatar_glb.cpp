@@ -46,19 +46,12 @@ Eigen::Vector3d rotationOf(const BodyPose& pose, Eigen::Index joint) {
                  : Eigen::Vector3d::Zero();
 }
 
-Eigen::Matrix4Xf quaternions(const Motion& motion, Eigen::Index joint) {
-  Eigen::Matrix4Xf keys(4, std::ssize(motion.frames));
-  Eigen::Vector4d last = Eigen::Vector4d::UnitW();
-  for (Eigen::Index i = 0; i < keys.cols(); ++i) {
-    const BodyPose& pose = motion.frames[static_cast<std::size_t>(i)];
-    Eigen::Vector4d key =
-        Eigen::Quaterniond(rotationMatrix(rotationOf(pose, joint))).normalized().coeffs();
-    // q and −q are one rotation; between them viewers take the short way only if they are near.
-    key *= key.dot(last) < 0.0 ? -1.0 : 1.0;
-    keys.col(i) = key.cast<float>();
-    last = key;
+Eigen::Matrix4Xf jointKeys(const Motion& motion, Eigen::Index joint) {
+  std::vector<Eigen::Quaterniond> rotations;
+  for (const BodyPose& pose : motion.frames) {
+    rotations.emplace_back(rotationMatrix(rotationOf(pose, joint)));
   }
-  return keys;
+  return rotationKeys(rotations);
 }
 
 bool moves(const Motion& motion, Eigen::Index joint) {
@@ -79,12 +72,17 @@ Eigen::Matrix3Xf unitNormals(const TriangleMesh& mesh) {
   return normals.cast<float>();
 }
 
-LayeredAvatar asStored(const LayeredAvatar& avatar) {
-  LayeredAvatar stored = avatar;
-  stored.body.mesh.vertices = roundedToFloat(avatar.body.mesh.vertices);
+AvatarBody asStored(const AvatarBody& body) {
+  AvatarBody stored = body;
+  stored.mesh.vertices = roundedToFloat(body.mesh.vertices);
   // −0 becomes 0: matrices, which bring the joints back, can't tell them apart.
-  stored.body.joints = roundedToFloat(avatar.body.joints).array() + 0.0;
-  stored.body.skinningWeights = inFloat(avatar.body.skinningWeights);
+  stored.joints = roundedToFloat(body.joints).array() + 0.0;
+  stored.skinningWeights = inFloat(body.skinningWeights);
+  return stored;
+}
+
+LayeredAvatar asStored(const LayeredAvatar& avatar) {
+  LayeredAvatar stored{asStored(avatar.body), avatar.garments};
   for (Garment& garment : stored.garments) {
     garment.mesh.vertices = roundedToFloat(garment.mesh.vertices);
     garment.skinningWeights = inFloat(garment.skinningWeights);
@@ -191,12 +189,24 @@ void addChannel(tinygltf::Animation& clip, const ClipChannel& channel) {
   clip.channels.push_back(std::move(target));
 }
 
-int addTimes(GlbBuilder& builder, const Motion& motion) {
-  Eigen::RowVectorXf times(std::ssize(motion.frames));
+int addTimes(GlbBuilder& builder, std::size_t numFrames, double framesPerSecond) {
+  Eigen::RowVectorXf times(static_cast<Eigen::Index>(numFrames));
   for (Eigen::Index i = 0; i < times.size(); ++i) {
-    times[i] = static_cast<float>(static_cast<double>(i) / motion.framesPerSecond);
+    times[i] = static_cast<float>(static_cast<double>(i) / framesPerSecond);
   }
   return builder.addVectors(times, Use::kOther, true);
+}
+
+Eigen::Matrix4Xf rotationKeys(const std::vector<Eigen::Quaterniond>& rotations) {
+  Eigen::Matrix4Xf keys(4, std::ssize(rotations));
+  Eigen::Vector4d last = Eigen::Vector4d::UnitW();
+  for (Eigen::Index i = 0; i < keys.cols(); ++i) {
+    Eigen::Vector4d key = rotations[static_cast<std::size_t>(i)].normalized().coeffs();
+    key *= key.dot(last) < 0.0 ? -1.0 : 1.0;
+    keys.col(i) = key.cast<float>();
+    last = key;
+  }
+  return keys;
 }
 
 tinygltf::Animation makeSkeletonClip(
@@ -209,7 +219,7 @@ tinygltf::Animation makeSkeletonClip(
   for (std::size_t joint = 0; joint < skeleton.joints.size(); ++joint) {
     const auto j = static_cast<Eigen::Index>(joint);
     if (moves(motion, j)) {
-      const int keys = builder.addVectors(quaternions(motion, j), Use::kOther, false);
+      const int keys = builder.addVectors(jointKeys(motion, j), Use::kOther, false);
       addChannel(clip, {skeleton.joints[joint], "rotation", times, keys});
     }
   }

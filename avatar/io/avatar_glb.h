@@ -4,6 +4,9 @@
 #include "avatar/layered_avatar.h"
 #include "avatar/motion.h"
 
+#include <Eigen/Geometry>
+
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,6 +15,7 @@ namespace avatar {
 /// The avatar as a file of float32 holds it: vertices, joints and weights rounded. Storing it again
 /// changes nothing.
 LayeredAvatar asStored(const LayeredAvatar& avatar);
+AvatarBody asStored(const AvatarBody& body);
 
 /// A skeleton in a document: one node per joint in the rest pose, children below their parents.
 struct SkeletonNodes {
@@ -54,8 +58,12 @@ int addBodyPart(GlbBuilder& builder, const AvatarBody& body, const SkeletonNodes
 /// Inverse bind matrices, joint by joint: from the mesh in the bind pose to the joint's own frame.
 std::vector<Eigen::Matrix4f> inverseBindMatrices(const AvatarBody& body, const BodyPose& bindPose);
 
-/// Times of a motion's frames as an accessor.
-int addTimes(GlbBuilder& builder, const Motion& motion);
+/// Times of frames at a fixed rate, from 0 on, as an accessor.
+int addTimes(GlbBuilder& builder, std::size_t numFrames, double framesPerSecond);
+
+/// Rotations as keys of a clip, 4 × number, each on the side of the one before: q and −q are one
+/// rotation, but viewers take the short way from key to key only between near ones.
+Eigen::Matrix4Xf rotationKeys(const std::vector<Eigen::Quaterniond>& rotations);
 
 /// A clip of the skeleton: a rotation for every joint that moves and the root's place, linear
 /// between the frames at `times`.
