@@ -1,6 +1,7 @@
 #include "bullet_ext/capture_world.h"
 
 #include "bullet_ext/bullet_vector.h"
+#include "bullet_ext/core/strain_constraint.h"
 
 #include <stdexcept>
 #include <utility>
@@ -82,6 +83,11 @@ CaptureWorld::CaptureWorld(const CaptureSetup& setup)
   world_.setGravity(toBullet(setup.gravity));
   world_.getWorldInfo().m_gravity = toBullet(setup.gravity);
   addGarments(setup);
+  if (setup.wind)
+    addWind(*setup.wind);
+  if (setup.strainLimit)
+    solver_.simulation().addConstraint(
+        std::make_unique<StrainConstraint>(solver_.simulation(), *setup.strainLimit));
   if (setup.bodyFaces.cols() > 0)
     addBody(setup);
   if (setup.rigidBodies)
@@ -95,6 +101,14 @@ void CaptureWorld::addGarments(const CaptureSetup& setup) {
     ClothMesh mesh =
         buildClothMesh(garment.vertices, garment.faces, garment.material, garment.mesh);
     world_.addSoftBody(&solver_.addCloth(std::move(mesh), world_.getWorldInfo()));
+  }
+}
+
+void CaptureWorld::addWind(const WindOptions& options) {
+  winds_.reserve(static_cast<std::size_t>(numGarments()));
+  for (int i = 0; i < numGarments(); ++i) {
+    winds_.push_back(std::make_unique<Wind>(mesh(i), options));
+    solver_.simulation().addForce(i, *winds_.back());
   }
 }
 
@@ -148,9 +162,14 @@ void CaptureWorld::requireBody(const Eigen::Matrix3Xd& vertices) const {
 void CaptureWorld::moveBody(const Eigen::Matrix3Xd& vertices, double duration) {
   if (!surface_)
     return;
-  surface_->setFrame(surface_->numFrames() == 0 ? vertices : bodyVertices_, vertices, duration);
+  surface_->setFrame(bodyVertices_.cols() == 0 ? vertices : bodyVertices_, vertices, duration);
   bodyVertices_ = vertices;
   body_->followSurface();
+}
+
+void CaptureWorld::placeBody(const Eigen::Matrix3Xd& vertices) {
+  requireBody(vertices);
+  bodyVertices_ = vertices;
 }
 
 FrameReport CaptureWorld::step(

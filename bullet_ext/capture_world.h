@@ -5,6 +5,8 @@
 #include "bullet_ext/core/body_constraint.h"
 #include "bullet_ext/core/body_surface.h"
 #include "bullet_ext/core/cloth_contact.h"
+#include "bullet_ext/core/strain_limit.h"
+#include "bullet_ext/core/wind_force.h"
 #include "bullet_ext/kinematic_body.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -38,6 +40,8 @@ struct CaptureSetup {
   bool garmentContact = false;       ///< nor through each other
   bool rigidBodies = false;          ///< rigid bodies of bulletWorld() push cloth and are pushed
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, -9.81, 0.0);  ///< [m/s²]
+  std::optional<WindOptions> wind;
+  std::optional<StrainLimitOptions> strainLimit;
   SimulationOptions simulation;
 };
 
@@ -75,9 +79,13 @@ class CaptureWorld {
   /// pins; they stay there until they are moved again.
   void movePins(int garment, const Eigen::Matrix3Xd& positions);
 
+  /// Where the body is before the first step. 3 × V; throws std::invalid_argument for a wrong size
+  /// or a coordinate out of range.
+  void placeBody(const Eigen::Matrix3Xd& vertices);
+
   /// One frame of `duration` [s] in Bullet's stepSimulation, with the body (3 × V at the frame's
-  /// end) moving there on straight lines from where the last frame left it; in the first frame it
-  /// is there already. 3 × 0 without a body. Throws std::invalid_argument for a wrong size, a
+  /// end) moving there on straight lines from where it is (without placeBody(), in the first frame
+  /// it is there already). 3 × 0 without a body. Throws std::invalid_argument for a wrong size, a
   /// coordinate or a number out of range, and changes nothing then.
   FrameReport step(const Eigen::Matrix3Xd& bodyVertices, double duration, int substeps);
 
@@ -115,11 +123,13 @@ class CaptureWorld {
   class FitPass;
 
   void addGarments(const CaptureSetup& setup);
+  void addWind(const WindOptions& options);
   void addBody(const CaptureSetup& setup);
   void addClothContact(const CaptureSetup& setup);
   void moveBody(const Eigen::Matrix3Xd& vertices, double duration);
   void requireBody(const Eigen::Matrix3Xd& vertices) const;
 
+  std::vector<std::unique_ptr<Wind>> winds_;  // one per garment; none without wind
   ClothSolver solver_;  // before the world, which lets go of the cloth when it ends
   btSoftBodyRigidBodyCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;

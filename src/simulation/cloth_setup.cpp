@@ -1,7 +1,5 @@
 #include "src/simulation/cloth_setup.h"
 
-#include <stdexcept>
-
 namespace simulcap {
 
 bullet_ext::ClothMaterial clothMaterial(const avatar::ClothParameters& parameters) {
@@ -22,18 +20,17 @@ bullet_ext::ClothMaterial clothMaterial(const avatar::ClothParameters& parameter
   return material;
 }
 
-bullet_ext::ClothMesh clothMesh(const StagedCloth& cloth) {
-  bullet_ext::ClothMeshOptions options;
-  options.pins = cloth.pins;
-  options.edgeStretchStiffness = cloth.parameters.edgeStretchStiffness;
-  options.hingeTorsionStiffness = cloth.parameters.edgeTorsionStiffness;
-  options.vertexMasses = cloth.parameters.vertexMasses;
-  try {
-    return bullet_ext::buildClothMesh(
-        cloth.rest.vertices, cloth.rest.faces, clothMaterial(cloth.parameters), options);
-  } catch (const std::invalid_argument& error) {
-    throw std::runtime_error(cloth.name + ": " + error.what());
-  }
+bullet_ext::CaptureGarment captureGarment(const StagedCloth& cloth, int layer) {
+  bullet_ext::CaptureGarment garment;
+  garment.vertices = cloth.rest.vertices;
+  garment.faces = cloth.rest.faces;
+  garment.material = clothMaterial(cloth.parameters);
+  garment.mesh.pins = cloth.pins;
+  garment.mesh.edgeStretchStiffness = cloth.parameters.edgeStretchStiffness;
+  garment.mesh.hingeTorsionStiffness = cloth.parameters.edgeTorsionStiffness;
+  garment.mesh.vertexMasses = cloth.parameters.vertexMasses;
+  garment.layer = layer;
+  return garment;
 }
 
 }  // namespace simulcap

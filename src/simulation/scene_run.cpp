@@ -1,9 +1,6 @@
 #include "src/simulation/scene_run.h"
 
-#include "bullet_ext/core/body_constraint.h"
 #include "bullet_ext/core/stability.h"
-#include "bullet_ext/core/strain_limit.h"
-#include "bullet_ext/core/wind_force.h"
 #include "src/simulation/cloth_setup.h"
 
 #include <algorithm>
@@ -26,45 +23,49 @@ bullet_ext::Integrator integratorOf(const Scene& scene) {
   }
 }
 
-/// Keeps springs from stretching beyond a limit, after every substep.
-class StrainLimit final : public bullet_ext::SubstepConstraint {
- public:
-  StrainLimit(const bullet_ext::ClothSimulation& simulation, double limit)
-      : simulation_(simulation), options_{.limit = limit} {}
-
-  void beginFrame(
-      std::span<const bullet_ext::ClothState> /*states*/,
-      const bullet_ext::FrameTiming& /*timing*/) override {}
-
-  void resolve(std::span<bullet_ext::ClothState> states, int /*substep*/) override {
-    for (std::size_t i = 0; i < states.size(); ++i)
-      bullet_ext::limitStrain(simulation_.mesh(static_cast<int>(i)), states[i], options_);
+bullet_ext::CaptureSetup captureSetup(const Scene& scene, const Stage& stage, int threads) {
+  const SceneContact contact = activeContact(scene);
+  bullet_ext::CaptureSetup setup;
+  for (const StagedCloth& cloth : stage.cloths)
+    setup.garments.push_back(captureGarment(cloth, static_cast<int>(setup.garments.size())));
+  if (stage.body) {
+    setup.bodyFaces = stage.body->model().faces;
+    setup.numBodyVertices = stage.body->model().numVertices();
   }
-
- private:
-  const bullet_ext::ClothSimulation& simulation_;
-  bullet_ext::StrainLimitOptions options_;
-};
+  setup.bodyContact = contact.body;
+  setup.selfContact = contact.selfContact;
+  setup.garmentContact = contact.betweenGarments;
+  setup.rigidBodies = !scene.obstacles.empty();
+  setup.gravity = scene.gravity;
+  if (scene.wind)
+    setup.wind = {
+        .velocity = scene.wind->velocity,
+        .airDensity = scene.wind->airDensity,
+        .dragCoefficient = scene.wind->dragCoefficient};
+  if (scene.strainLimit)
+    setup.strainLimit = bullet_ext::StrainLimitOptions{.limit = *scene.strainLimit};
+  setup.simulation = {.stepper = {.threads = threads}, .integrator = integratorOf(scene)};
+  return setup;
+}
 
 }  // namespace
 
-SceneRun::SceneRun(const Scene& scene, const Stage& stage, int threads)
-    : stage_(stage),
-      simulation_({.stepper = {.threads = threads}, .integrator = integratorOf(scene)}) {
+SceneRun::SceneRun(const Scene& scene, const Stage& stage, int threads) : stage_(stage) {
   timing_.duration = 1.0 / stage.framesPerSecond;
-  for (const StagedCloth& cloth : stage.cloths) {
-    const int index = simulation_.addCloth(clothMesh(cloth));
-    const Eigen::Matrix3Xd atRest = Eigen::Matrix3Xd::Zero(3, cloth.start.cols());
-    simulation_.setState(
-        index, bullet_ext::stateFromInput(simulation_.mesh(index), cloth.start, atRest));
+  try {
+    world_ = std::make_unique<bullet_ext::CaptureWorld>(captureSetup(scene, stage, threads));
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(std::string("the scene can't be simulated: ") + error.what());
   }
-  checkStability(scene);
-  addForces(scene);
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    const Eigen::Matrix3Xd& start = stage.cloths[static_cast<std::size_t>(i)].start;
+    world_->setState(i, start, Eigen::Matrix3Xd::Zero(3, start.cols()));
+  }
   if (stage.body)
-    addBody(scene);
-  addClothContact(scene);
-  if (scene.strainLimit)
-    simulation_.addConstraint(std::make_unique<StrainLimit>(simulation_, *scene.strainLimit));
+    world_->placeBody(stage.body->vertices(0));
+  checkStability(scene);
+  if (!scene.obstacles.empty())
+    obstacles_ = std::make_unique<Obstacles>(scene.obstacles, world_->bulletWorld());
 }
 
 void SceneRun::checkStability(const Scene& scene) {
@@ -74,8 +75,8 @@ void SceneRun::checkStability(const Scene& scene) {
   constexpr double kAskedSafety = 0.9;
   const SceneTime time = scene.time.value_or(SceneTime{});
   double largest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < simulation_.numCloths(); ++i) {
-    const bullet_ext::Stability found = bullet_ext::stability(simulation_.mesh(i), {.safety = 1.0});
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    const bullet_ext::Stability found = bullet_ext::stability(world_->mesh(i), {.safety = 1.0});
     preflight_.push_back({stage_.cloths[static_cast<std::size_t>(i)].name, found.largestSubstep});
     largest = std::min(largest, found.largestSubstep);
   }
@@ -92,86 +93,27 @@ void SceneRun::checkStability(const Scene& scene) {
         ", better " + std::to_string(needed(kChosenSafety)) + " (or \"auto\")");
 }
 
-void SceneRun::addForces(const Scene& scene) {
-  for (int i = 0; i < simulation_.numCloths(); ++i) {
-    if (!scene.gravity.isZero(0.0)) {
-      forces_.push_back(std::make_unique<bullet_ext::Gravity>(simulation_.mesh(i), scene.gravity));
-      simulation_.addForce(i, *forces_.back());
-    }
-    if (scene.wind) {
-      const bullet_ext::WindOptions wind{
-          .velocity = scene.wind->velocity,
-          .airDensity = scene.wind->airDensity,
-          .dragCoefficient = scene.wind->dragCoefficient};
-      forces_.push_back(std::make_unique<bullet_ext::Wind>(simulation_.mesh(i), wind));
-      simulation_.addForce(i, *forces_.back());
-    }
-  }
-}
-
-void SceneRun::addBody(const Scene& scene) {
-  skin_ = stage_.body->vertices(0);
-  if (!activeContact(scene).body)
-    return;
-  bodySurface_ = std::make_unique<bullet_ext::BodySurface>(
-      stage_.body->model().faces, stage_.body->model().numVertices());
-  auto contact = std::make_unique<bullet_ext::BodyConstraint>(simulation_, *bodySurface_);
-  bodyContact_ = contact.get();
-  simulation_.addConstraint(std::move(contact));
-}
-
-void SceneRun::addClothContact(const Scene& scene) {
-  const SceneContact active = activeContact(scene);
-  if (!active.betweenGarments && !active.selfContact)
-    return;
-  std::vector<bullet_ext::ContactGarment> garments;
-  for (int i = 0; i < simulation_.numCloths(); ++i) {
-    const bullet_ext::ClothMesh& mesh = simulation_.mesh(i);
-    garments.push_back(
-        {.mesh = &mesh,
-         .layer = i,
-         .thickness = mesh.material.thickness,
-         .friction = mesh.material.friction});
-  }
-  auto contact = std::make_unique<bullet_ext::ClothContact>(
-      garments,
-      bullet_ext::ClothContactOptions{
-          .self = active.selfContact, .between = active.betweenGarments});
-  clothContact_ = contact.get();
-  simulation_.addConstraint(std::move(contact));
-}
-
-void SceneRun::aimPins(const avatar::MeshView* body) {
-  for (int i = 0; i < simulation_.numCloths(); ++i) {
+void SceneRun::movePins(const avatar::MeshView* body) {
+  for (int i = 0; i < world_->numGarments(); ++i) {
     const StagedCloth& cloth = stage_.cloths[static_cast<std::size_t>(i)];
-    if (cloth.pins.empty())
-      continue;
-    bullet_ext::PinTargets targets;
-    targets.positions = pinPositions(cloth, frame_ * timing_.duration, body);
-    for (const int pin : cloth.pins)
-      targets.vertices.push_back(
-          simulation_.mesh(i).solverFromInput[static_cast<std::size_t>(pin)]);
-    simulation_.setPinTargets(i, std::move(targets));
+    if (!cloth.pins.empty())
+      world_->movePins(i, pinPositions(cloth, frame_ * timing_.duration, body));
   }
 }
 
 bullet_ext::FrameReport SceneRun::advance() {
   ++frame_;
-  if (!stage_.body) {
-    aimPins(nullptr);
-    return simulation_.advance(timing_);
+  if (obstacles_)
+    obstacles_->moveKinematic(frame_ * timing_.duration);
+  Eigen::Matrix3Xd skin(3, 0);
+  if (stage_.body) {
+    skin = stage_.body->vertices(frame_);
+    const avatar::MeshView body(skin, stage_.body->model().faces);
+    movePins(&body);
+  } else {
+    movePins(nullptr);
   }
-  Eigen::Matrix3Xd skin = stage_.body->vertices(frame_);
-  if (bodySurface_)
-    bodySurface_->setFrame(skin_, skin, timing_.duration);
-  skin_ = std::move(skin);
-  const avatar::MeshView body(skin_, stage_.body->model().faces);
-  aimPins(&body);
-  return simulation_.advance(timing_);
-}
-
-Eigen::Matrix3Xd SceneRun::vertices(int cloth) const {
-  return bullet_ext::positionsForOutput(simulation_.mesh(cloth), simulation_.state(cloth));
+  return world_->step(skin, timing_.duration, timing_.substeps);
 }
 
 }  // namespace simulcap

@@ -1,13 +1,12 @@
 #pragma once
 
-#include "bullet_ext/core/body_constraint.h"
-#include "bullet_ext/core/body_surface.h"
-#include "bullet_ext/core/cloth_contact.h"
-#include "bullet_ext/core/cloth_simulation.h"
+#include "bullet_ext/capture_world.h"
 #include "src/scene/scene.h"
+#include "src/simulation/obstacles.h"
 #include "src/simulation/stage.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <memory>
 #include <string>
@@ -21,7 +20,8 @@ struct ClothStability {
   double largestSubstep = 0.0;  ///< that is stable about the rest shape [s]
 };
 
-/// A scene in motion: owns the simulation of a stage's cloths and moves it frame by frame.
+/// A scene in motion: owns the Bullet world with a stage's cloths, body and obstacles, and moves it
+/// frame by frame.
 class SceneRun {
  public:
   /// Builds only what the scene names. Throws std::runtime_error for a mesh that can't be
@@ -38,30 +38,27 @@ class SceneRun {
   /// To the next frame.
   bullet_ext::FrameReport advance();
 
-  /// What contact did in the last frame; null where the scene has none.
-  const bullet_ext::BodyConstraint* bodyContact() const { return bodyContact_; }
-
-  /// Counters are sums over all frames.
-  const bullet_ext::ClothContact* clothContact() const { return clothContact_; }
+  /// The parts that the scene asked for; those of others are null.
+  const bullet_ext::CaptureWorld& world() const { return *world_; }
 
   /// 3 × N [m], in the order of the stage's mesh.
-  Eigen::Matrix3Xd vertices(int cloth) const;
+  Eigen::Matrix3Xd vertices(int cloth) const { return world_->vertices(cloth); }
+
+  /// 0 without any.
+  int numObstacles() const { return obstacles_ ? obstacles_->count() : 0; }
+
+  Eigen::Isometry3d worldFromObstacle(int obstacle) const {
+    return obstacles_->worldFromObstacle(obstacle);
+  }
 
  private:
-  void addForces(const Scene& scene);
-  void addBody(const Scene& scene);
-  void addClothContact(const Scene& scene);
   void checkStability(const Scene& scene);
-  void aimPins(const avatar::MeshView* body);
+  void movePins(const avatar::MeshView* body);
 
   const Stage& stage_;
   bullet_ext::FrameTiming timing_;
-  bullet_ext::ClothSimulation simulation_;
-  std::vector<std::unique_ptr<bullet_ext::ExternalForce>> forces_;
-  std::unique_ptr<bullet_ext::BodySurface> bodySurface_;     ///< null: nothing to touch
-  const bullet_ext::BodyConstraint* bodyContact_ = nullptr;  ///< the simulation's
-  const bullet_ext::ClothContact* clothContact_ = nullptr;   ///< the simulation's
-  Eigen::Matrix3Xd skin_;                                    ///< of the frame, 3 × V [m]
+  std::unique_ptr<bullet_ext::CaptureWorld> world_;
+  std::unique_ptr<Obstacles> obstacles_;  ///< null: none; after the world, which it leaves first
   std::vector<ClothStability> preflight_;
   int frame_ = 0;
 };

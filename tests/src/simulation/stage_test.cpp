@@ -85,8 +85,8 @@ TEST(SceneRun, AWaistbandRidesOnTheSkin) {
     for (const int pin : skirt.pins)
       EXPECT_LT((vertices.col(pin) - skirt.start.col(pin)).norm(), 1e-6);
   }
-  EXPECT_GT(run.bodyContact()->counts().contacts, 0);
-  EXPECT_EQ(run.clothContact(), nullptr);
+  EXPECT_GT(run.world().bodyContact()->counts().contacts, 0);
+  EXPECT_EQ(run.world().clothContact(), nullptr);
 }
 
 TEST(SceneRun, PartsThatAreNotNamedAreNotBuilt) {
@@ -96,8 +96,8 @@ TEST(SceneRun, PartsThatAreNotNamedAreNotBuilt) {
   const Stage stage = setStage(scene);
   SceneRun run(scene, stage, 1);
   run.advance();
-  EXPECT_EQ(run.bodyContact(), nullptr);
-  EXPECT_EQ(run.clothContact(), nullptr);
+  EXPECT_EQ(run.world().bodyContact(), nullptr);
+  EXPECT_EQ(run.world().clothContact(), nullptr);
   EXPECT_LT((run.vertices(0) - stage.cloths[0].start).cwiseAbs().maxCoeff(), 1e-6);  // nothing acts
 }
 
