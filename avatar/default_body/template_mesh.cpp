@@ -1,7 +1,7 @@
 #include "avatar/default_body/template_mesh.h"
 
-#include "avatar/geometry/polygonise.h"
 #include "avatar/geometry/isotropic_remesh.h"
+#include "avatar/geometry/polygonise.h"
 
 #include <algorithm>
 #include <cmath>

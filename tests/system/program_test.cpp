@@ -20,7 +20,8 @@ TEST(Program, HelpExplainsEveryVerb) {
   const ProgramRun help = runProgram({"--help"});
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_EQ(help.err, "");
-  for (const std::string verb : {"demo", "dress", "render", "fit-prior", "fit-body", "measure", "simulate"}) {
+  for (const std::string verb :
+       {"demo", "dress", "render", "fit-prior", "fit-body", "measure", "simulate"}) {
     EXPECT_NE(help.out.find("\n  " + verb + " "), std::string::npos) << verb;
     const ProgramRun own = runProgram({verb, "--help"});
     EXPECT_EQ(own.exitCode, 0) << verb;
