@@ -6,7 +6,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include <algorithm>
 #include <filesystem>
+#include <stdexcept>
+#include <variant>
 
 namespace simulcap {
 namespace {
@@ -21,6 +24,63 @@ cv::Mat viewOf(const avatar::ColorImage& image) {
 double fontScale(int height) {
   return cv::getFontScaleFromHeight(kFont, height, 1);
 }
+
+/// Draws the items of a drawing into an image with `scale` pixels per unit.
+class Rasterizer {
+ public:
+  Rasterizer(cv::Mat& canvas, double scale) : canvas_(canvas), scale_(scale) {}
+
+  void operator()(const DrawnLine& line) const {
+    std::vector<cv::Point> points;
+    for (const Eigen::Vector2d& point : line.points)
+      points.push_back(fixedPoint(point));
+    if (line.filled)
+      cv::fillConvexPoly(canvas_, points, color(line.fillColor), cv::LINE_AA, kFractionBits);
+    if (line.width > 0.0)
+      cv::polylines(
+          canvas_,
+          points,
+          line.closed,
+          color(line.color),
+          std::max(1, cvRound(line.width * scale_)),
+          cv::LINE_AA,
+          kFractionBits);
+  }
+
+  void operator()(const DrawnText& text) const {
+    constexpr double kStroke = 0.12;  // width of a letter's lines relative to its height
+    const int thickness = std::max(1, cvRound(kStroke * text.height * scale_));
+    const double size = cv::getFontScaleFromHeight(kFont, cvRound(text.height * scale_), thickness);
+    int baseline = 0;
+    const int width = cv::getTextSize(text.text, kFont, size, thickness, &baseline).width;
+    const int shares[] = {0, width / 2, width};
+    const int left = cvRound(text.position.x() * scale_) - shares[static_cast<int>(text.anchor)];
+    cv::putText(
+        canvas_,
+        text.text,
+        {left, cvRound(text.position.y() * scale_)},
+        kFont,
+        size,
+        color(text.color),
+        thickness,
+        cv::LINE_AA);
+  }
+
+ private:
+  static constexpr int kFractionBits = 4;  // of OpenCV's coordinates
+
+  cv::Point fixedPoint(const Eigen::Vector2d& point) const {
+    const Eigen::Vector2d at = scale_ * (1 << kFractionBits) * point;
+    return {cvRound(at.x()), cvRound(at.y())};
+  }
+
+  static cv::Scalar color(const Eigen::Vector3d& rgb) {
+    return {255.0 * rgb[0], 255.0 * rgb[1], 255.0 * rgb[2]};
+  }
+
+  cv::Mat& canvas_;
+  double scale_;
+};
 
 }  // namespace
 
@@ -61,6 +121,22 @@ void drawText(avatar::ColorImage& image, const std::string& text, const TextOpti
 int textWidth(const std::string& text, int height) {
   int baseline = 0;
   return cv::getTextSize(text, kFont, fontScale(height), 1, &baseline).width;
+}
+
+avatar::ColorImage rasterized(const Drawing& drawing, double scale) {
+  if (!(scale >= 0.25 && scale <= 8.0))
+    throw std::invalid_argument("rasterized: scale must be 0.25 to 8");
+  constexpr int kSamples = 2;  // per pixel and side
+  const int width = cvRound(drawing.width * scale);
+  const int height = cvRound(drawing.height * scale);
+  cv::Mat canvas(kSamples * height, kSamples * width, CV_8UC3, cv::Scalar::all(255));
+  for (const auto& item : drawing.items)
+    std::visit(Rasterizer(canvas, kSamples * scale), item);
+  avatar::ColorImage image{
+      width, height, std::vector<std::uint8_t>(3 * static_cast<std::size_t>(width * height))};
+  cv::Mat pixels = viewOf(image);
+  cv::resize(canvas, pixels, pixels.size(), 0.0, 0.0, cv::INTER_AREA);
+  return image;
 }
 
 }  // namespace simulcap

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "avatar/geometry/shading.h"
+#include "src/output/drawing.h"
 
 #include <string>
 
@@ -23,5 +24,8 @@ void drawText(avatar::ColorImage& image, const std::string& text, const TextOpti
 
 /// Width of the text when drawn [px].
 int textWidth(const std::string& text, int height);
+
+/// The drawing as pixels, `scale` of them per unit (0.25 … 8), with smooth edges.
+avatar::ColorImage rasterized(const Drawing& drawing, double scale);
 
 }  // namespace simulcap

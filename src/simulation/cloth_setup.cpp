@@ -1,5 +1,7 @@
 #include "src/simulation/cloth_setup.h"
 
+#include <stdexcept>
+
 namespace simulcap {
 
 bullet_ext::ClothMaterial clothMaterial(const avatar::ClothParameters& parameters) {
@@ -31,6 +33,16 @@ bullet_ext::CaptureGarment captureGarment(const StagedCloth& cloth, int layer) {
   garment.mesh.vertexMasses = cloth.parameters.vertexMasses;
   garment.layer = layer;
   return garment;
+}
+
+bullet_ext::ClothMesh clothMesh(const StagedCloth& cloth) {
+  const bullet_ext::CaptureGarment garment = captureGarment(cloth, 0);
+  try {
+    return bullet_ext::buildClothMesh(
+        garment.vertices, garment.faces, garment.material, garment.mesh);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(cloth.name + ": " + error.what());
+  }
 }
 
 }  // namespace simulcap
