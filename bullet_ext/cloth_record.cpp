@@ -10,7 +10,7 @@
 namespace bullet_ext {
 namespace {
 
-constexpr std::int32_t kVersion = 1;
+constexpr std::int32_t kVersion = 2;
 constexpr std::size_t kLongestName = 1000;
 
 /// What a mesh is made from, and what of it can be changed after that.
@@ -24,7 +24,6 @@ struct Record {
   std::vector<int> pins;   ///< the input's
   Eigen::VectorXd masses;  ///< order of the input
   Eigen::VectorXd springRestLengths, springStiffness, hingeRestAngles, hingeStiffness;
-  Eigen::Matrix2Xd hingeRestHeights;
   Eigen::Matrix4Xf positions, velocities;  ///< solver order
 };
 
@@ -145,7 +144,6 @@ void visit(Archive& archive, AnyRecord& record) {
   archive(record.springStiffness);
   archive(record.hingeRestAngles);
   archive(record.hingeStiffness);
-  archive(record.hingeRestHeights);
   archive(record.positions);
   archive(record.velocities);
 }
@@ -170,7 +168,6 @@ Record recordOf(const BulletFileCloth& cloth) {
   record.springStiffness = mesh.springStiffness;
   record.hingeRestAngles = mesh.hingeRestAngles;
   record.hingeStiffness = mesh.hingeStiffness;
-  record.hingeRestHeights = mesh.hingeRestHeights;
   record.positions = cloth.state.positions;
   record.velocities = cloth.state.velocities;
   return record;
@@ -203,7 +200,6 @@ BulletFileCloth clothOf(const Record& record) {
   restore(cloth.mesh.springStiffness, record.springStiffness, "stretch stiffnesses");
   restore(cloth.mesh.hingeRestAngles, record.hingeRestAngles, "rest angles");
   restore(cloth.mesh.hingeStiffness, record.hingeStiffness, "torsion stiffnesses");
-  restore(cloth.mesh.hingeRestHeights, record.hingeRestHeights, "rest heights");
   cloth.state = restState(cloth.mesh);
   restore(cloth.state.positions, record.positions, "positions");
   restore(cloth.state.velocities, record.velocities, "velocities");

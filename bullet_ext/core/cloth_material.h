@@ -31,12 +31,11 @@ struct ClothMaterial {
   double damping = 0.1;      ///< [1/s], 0 … 1e4, or per substep, 0 … 1
   double friction = 0.3;     ///< Coulomb coefficient against body and cloth, 0 … 10
   double thickness = 0.004;  ///< distance kept from body and other cloth [m], 1e-6 … 0.1
-  /// Weakens a hinge's moment by min(1, (2h/h_rest)²), h the lower altitude of its two triangles
-  /// relative to rest: the moment's forces grow with 1/h, so that triangles which collapse explode
-  /// at any substep otherwise; this way a hinge is never more than four times as stiff as at rest.
-  /// Keeps momentum and angular momentum, but not energy, hence not before a triangle has lost half
-  /// its altitude: a limit from the rest altitude on feeds calm cloth with energy. false is the
-  /// paper's model.
+  /// Weakens the hinges of triangles that have become narrower than nine tenths of their rest
+  /// shape, down to nothing in a triangle without area (torsion_force.h): the moment's forces grow
+  /// with the inverse altitude, and a triangle that turns over in its plane would gain energy from
+  /// nowhere. Keeps momentum, angular momentum and energy. false is the paper's model, which
+  /// explodes at any substep once triangles collapse.
   bool limitCompressedTorsion = true;
 
   /// Throws std::invalid_argument that names the field outside its range.

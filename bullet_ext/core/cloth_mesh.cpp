@@ -145,13 +145,9 @@ void setRestShape(ClothMesh& mesh) {
             .norm();
   }
   mesh.hingeRestAngles.resize(mesh.hinges.cols());
-  mesh.hingeRestHeights.resize(2, mesh.hinges.cols());
   for (Eigen::Index h = 0; h < mesh.hinges.cols(); ++h) {
     const HingeVectors<double> x = mesh.restPositions(Eigen::all, mesh.hinges.col(h));
-    const HingeAngle<double> rest = hingeAngle(x);
-    mesh.hingeRestAngles[h] = rest.angle;
-    mesh.hingeRestHeights.col(h) << std::sqrt(rest.squaredHeights[0]),
-        std::sqrt(rest.squaredHeights[1]);
+    mesh.hingeRestAngles[h] = hingeAngle(x).angle;
   }
 }
 

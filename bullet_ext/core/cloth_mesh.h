@@ -49,11 +49,10 @@ struct ClothMesh {
   /// 4 × H: x1 < x2 on the edge, wings x3, x4. Face (x1, x2, x3) and face (x2, x1, x4) are faces of
   /// the mesh with that orientation.
   Eigen::Matrix4Xi hinges;
-  Eigen::Matrix2Xi hingeFaces;        ///< 2 × H: the faces of x3 and of x4
-  std::vector<int> hingeSprings;      ///< H: the hinge's edge
-  Eigen::VectorXd hingeRestAngles;    ///< H [rad], signed, 0 = flat (torsion_force.h)
-  Eigen::VectorXd hingeStiffness;     ///< H, w [N·m/rad]
-  Eigen::Matrix2Xd hingeRestHeights;  ///< 2 × H [m]: altitudes of x3 and x4 over the edge
+  Eigen::Matrix2Xi hingeFaces;      ///< 2 × H: the faces of x3 and of x4
+  std::vector<int> hingeSprings;    ///< H: the hinge's edge
+  Eigen::VectorXd hingeRestAngles;  ///< H [rad], signed, 0 = flat (torsion_force.h)
+  Eigen::VectorXd hingeStiffness;   ///< H, w [N·m/rad]
 
   Eigen::Index numVertices() const { return restPositions.cols(); }
 

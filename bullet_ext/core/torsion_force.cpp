@@ -54,7 +54,6 @@ template <typename Scalar>
 struct WingChange {
   Vector<Scalar> gradient;
   Scalar foot = 0;
-  Scalar relativeHeight = 0;  ///< d(h²)/h²
 };
 
 /// The product rule on wingOf.
@@ -74,7 +73,6 @@ WingChange<Scalar> wingChange(
                     (edge.length * wing.inverseSquaredNormal) * normalChange;
   change.foot = (aChange.dot(edge.vector) + a.dot(edgeChange)) * edge.inverseSquaredLength -
                 Scalar(2) * wing.foot * lengthChange;
-  change.relativeHeight = squaredNormalChange - Scalar(2) * lengthChange;
   return change;
 }
 
@@ -92,19 +90,41 @@ struct HingeWings {
         wing4(wingOf<Scalar>(edge, a4)) {}
 };
 
-/// M's factor min(1, h²/limit) over both wings, and which of them has it (−1: not limited).
+/// A triangle's factor s of its hinges' energies.
 template <typename Scalar>
-struct MomentLimit {
-  Scalar factor = 1;
-  int wing = -1;
+struct WidthFactor {
+  Scalar value = 1;
+  Scalar slope = 0;  ///< ds/dq [1/m²]
 
-  MomentLimit(const Scalar squaredHeights[2], const Hinge<Scalar>& hinge) {
-    for (int i = 0; i < 2; ++i) {
-      if (squaredHeights[i] < factor * hinge.squaredLimitHeights[i]) {
-        factor = squaredHeights[i] / hinge.squaredLimitHeights[i];
-        wing = i;
-      }
+  WidthFactor(Scalar squaredWidth, Scalar squaredLimit) {
+    if (squaredWidth < squaredLimit) {
+      const Scalar part = squaredWidth / squaredLimit;
+      value = part * (Scalar(2) - part);
+      slope = Scalar(2) * (Scalar(1) - part) / squaredLimit;
     }
+  }
+};
+
+/// q = |N|²/Σ of the triangle (x1, x2, x1 + a), Σ the sum of its squared edges, with its gradient
+/// for x1, x2 and the wing. By Heron's formula ∂|N|²/∂l² is, for each edge, the dot product D of
+/// the other two at the opposite corner, so that ∂q/∂l² = (D − q)/Σ.
+template <typename Scalar>
+struct Width {
+  Scalar squared;  ///< q [m²]
+  Vector<Scalar> onFirst, onSecond, onWing;
+
+  Width(const Edge<Scalar>& edge, const Wing<Scalar>& wing, const Vector<Scalar>& a) {
+    const Vector<Scalar> b = a - edge.vector;
+    const Scalar sum = edge.vector.squaredNorm() + a.squaredNorm() + b.squaredNorm();
+    const Scalar inverseSum = Scalar(1) / std::max(sum, Scalar(1e-20));
+    squared = wing.squaredNormal * inverseSum;
+    const Scalar scale = Scalar(2) * inverseSum;
+    const Vector<Scalar> alongA = scale * (-edge.vector.dot(b) - squared) * a;
+    const Vector<Scalar> alongB = scale * (edge.vector.dot(a) - squared) * b;
+    const Vector<Scalar> alongEdge = scale * (a.dot(b) - squared) * edge.vector;
+    onWing = alongA + alongB;
+    onSecond = alongEdge - alongB;
+    onFirst = -alongEdge - alongA;
   }
 };
 
@@ -112,8 +132,8 @@ template <typename Scalar>
 Hinge<Scalar> hingeAt(const ClothMesh& mesh, Eigen::Index h) {
   const bool limited = mesh.material.limitCompressedTorsion;
   const auto squaredLimit = [&](int wing) {
-    const Scalar height = static_cast<Scalar>(kLimitedAltitude * mesh.hingeRestHeights(wing, h));
-    return limited ? height * height : Scalar(0);
+    return limited ? static_cast<Scalar>(squaredWidthLimit(mesh, mesh.hingeFaces(wing, h)))
+                   : Scalar(0);
   };
   return {
       static_cast<Scalar>(mesh.hingeStiffness[h]),
@@ -138,11 +158,8 @@ void scatter(
   }
 }
 
-}  // namespace
-
 template <typename Scalar>
-HingeAngle<Scalar> hingeAngle(const HingeVectors<Scalar>& x) {
-  const HingeWings<Scalar> wings(x);
+HingeAngle<Scalar> angleOf(const HingeWings<Scalar>& wings) {
   const auto& [edge, a3, a4, wing3, wing4] = wings;
   const Vector<Scalar> normal1 = std::sqrt(wing3.inverseSquaredNormal) * wing3.normal;
   const Vector<Scalar> normal2 = -std::sqrt(wing4.inverseSquaredNormal) * wing4.normal;
@@ -155,21 +172,26 @@ HingeAngle<Scalar> hingeAngle(const HingeVectors<Scalar>& x) {
   result.gradient.col(0) =
       (wing3.foot - Scalar(1)) * wing3.gradient - (wing4.foot - Scalar(1)) * wing4.gradient;
   result.gradient.col(1) = wing4.foot * wing4.gradient - wing3.foot * wing3.gradient;
-  result.squaredHeights[0] = wing3.squaredNormal * edge.inverseSquaredLength;
-  result.squaredHeights[1] = wing4.squaredNormal * edge.inverseSquaredLength;
   return result;
 }
 
-namespace {
+}  // namespace
+
+double squaredWidthLimit(const ClothMesh& mesh, Eigen::Index face) {
+  const auto corner = [&](int k) { return mesh.restPositions.col(mesh.faces(k, face)); };
+  const Eigen::Vector3d ab = corner(1) - corner(0);
+  const Eigen::Vector3d ac = corner(2) - corner(0);
+  const double sum = 2.0 * (ab.squaredNorm() + ac.squaredNorm() - ab.dot(ac));
+  return kLimitedWidth * kLimitedWidth * ab.cross(ac).squaredNorm() / sum;
+}
 
 template <typename Scalar>
-struct HingeChange {
-  HingeVectors<Scalar> gradient;
-  Scalar relativeHeights[2] = {0, 0};  ///< d(h²)/h²
-};
+HingeAngle<Scalar> hingeAngle(const HingeVectors<Scalar>& x) {
+  return angleOf(HingeWings<Scalar>(x));
+}
 
 template <typename Scalar>
-HingeChange<Scalar> hingeChange(
+HingeVectors<Scalar> hingeGradientChange(
     const HingeVectors<Scalar>& x, const HingeVectors<Scalar>& displacements) {
   const HingeWings<Scalar> wings(x);
   const auto& [edge, a3, a4, wing3, wing4] = wings;
@@ -178,37 +200,44 @@ HingeChange<Scalar> hingeChange(
       wingChange<Scalar>(wing3, edge, a3, edgeChange, displacements.col(2) - displacements.col(0));
   const WingChange<Scalar> change4 =
       wingChange<Scalar>(wing4, edge, a4, edgeChange, displacements.col(3) - displacements.col(0));
-  HingeChange<Scalar> result;
-  result.gradient.col(2) = change3.gradient;
-  result.gradient.col(3) = -change4.gradient;
-  result.gradient.col(1) = change4.foot * wing4.gradient + wing4.foot * change4.gradient -
-                           change3.foot * wing3.gradient - wing3.foot * change3.gradient;
-  result.gradient.col(0) =
-      -(result.gradient.col(1) + result.gradient.col(2) + result.gradient.col(3));
-  result.relativeHeights[0] = change3.relativeHeight;
-  result.relativeHeights[1] = change4.relativeHeight;
+  HingeVectors<Scalar> result;
+  result.col(2) = change3.gradient;
+  result.col(3) = -change4.gradient;
+  result.col(1) = change4.foot * wing4.gradient + wing4.foot * change4.gradient -
+                  change3.foot * wing3.gradient - wing3.foot * change3.gradient;
+  result.col(0) = -(result.col(1) + result.col(2) + result.col(3));
   return result;
-}
-
-}  // namespace
-
-template <typename Scalar>
-HingeVectors<Scalar> hingeGradientChange(
-    const HingeVectors<Scalar>& x, const HingeVectors<Scalar>& displacements) {
-  return hingeChange(x, displacements).gradient;
 }
 
 template <typename Scalar>
 Scalar hingeEnergy(const HingeVectors<Scalar>& x, const Hinge<Scalar>& hinge) {
-  const Scalar difference = hingeAngle(x).angle - hinge.restAngle;
-  return Scalar(0.5) * hinge.stiffness * difference * difference;
+  const HingeWings<Scalar> wings(x);
+  const Width<Scalar> width3(wings.edge, wings.wing3, wings.a3);
+  const Width<Scalar> width4(wings.edge, wings.wing4, wings.a4);
+  const Scalar difference = angleOf(wings).angle - hinge.restAngle;
+  return Scalar(0.5) * hinge.stiffness * difference * difference *
+         WidthFactor<Scalar>(width3.squared, hinge.squaredLimits[0]).value *
+         WidthFactor<Scalar>(width4.squared, hinge.squaredLimits[1]).value;
 }
 
 template <typename Scalar>
 HingeVectors<Scalar> hingeForces(const HingeVectors<Scalar>& x, const Hinge<Scalar>& hinge) {
-  const HingeAngle<Scalar> state = hingeAngle(x);
-  const MomentLimit<Scalar> limit(state.squaredHeights, hinge);
-  return (-hinge.stiffness * limit.factor * (state.angle - hinge.restAngle)) * state.gradient;
+  const HingeWings<Scalar> wings(x);
+  const HingeAngle<Scalar> state = angleOf(wings);
+  const Width<Scalar> width3(wings.edge, wings.wing3, wings.a3);
+  const Width<Scalar> width4(wings.edge, wings.wing4, wings.a4);
+  const WidthFactor<Scalar> factor3(width3.squared, hinge.squaredLimits[0]);
+  const WidthFactor<Scalar> factor4(width4.squared, hinge.squaredLimits[1]);
+  const Scalar moment = hinge.stiffness * (state.angle - hinge.restAngle);
+  HingeVectors<Scalar> forces = (-moment * factor3.value * factor4.value) * state.gradient;
+  const Scalar energy = Scalar(0.5) * moment * (state.angle - hinge.restAngle);
+  const Scalar slope3 = energy * factor3.slope * factor4.value;
+  const Scalar slope4 = energy * factor3.value * factor4.slope;
+  forces.col(0) -= slope3 * width3.onFirst + slope4 * width4.onFirst;
+  forces.col(1) -= slope3 * width3.onSecond + slope4 * width4.onSecond;
+  forces.col(2) -= slope3 * width3.onWing;
+  forces.col(3) -= slope4 * width4.onWing;
+  return forces;
 }
 
 template <typename Scalar>
@@ -217,15 +246,9 @@ HingeVectors<Scalar> hingeForceChange(
     const HingeVectors<Scalar>& displacements,
     const Hinge<Scalar>& hinge) {
   const HingeAngle<Scalar> state = hingeAngle(x);
-  const HingeChange<Scalar> change = hingeChange(x, displacements);
-  const MomentLimit<Scalar> limit(state.squaredHeights, hinge);
-  const Scalar difference = state.angle - hinge.restAngle;
-  Scalar momentChange = state.gradient.cwiseProduct(displacements).sum();
-  if (limit.wing >= 0) {
-    momentChange += difference * change.relativeHeights[limit.wing];
-  }
-  return (-hinge.stiffness * limit.factor) *
-         (momentChange * state.gradient + difference * change.gradient);
+  const Scalar turn = state.gradient.cwiseProduct(displacements).sum();
+  return -hinge.stiffness * (turn * state.gradient + (state.angle - hinge.restAngle) *
+                                                         hingeGradientChange(x, displacements));
 }
 
 template <typename Scalar>

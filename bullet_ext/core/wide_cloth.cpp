@@ -111,7 +111,9 @@ WideCloth::WideCloth(const ClothMesh& mesh, VertexRange range) {
   domain_.groupSlots = groupSlots_.data();
   domain_.slots = slots_.data();
   domain_.normals = normals_.data();
+  domain_.faceRest = faceRest_.data();
   domain_.edgeStates = edgeStates_.data();
+  domain_.edgeEnergies = edgeEnergies_.data();
   domain_.cornerForces = cornerForces_.data();
 }
 
@@ -121,11 +123,13 @@ void WideCloth::packFaces(const ClothMesh& mesh, const Elements& elements) {
   domain_.normalBlocks = static_cast<std::int32_t>(normalBlocks);
   domain_.forceBlocks = static_cast<std::int32_t>(forceBlocks);
   corners_.resize(at(3 * kWideLanes * normalBlocks));
+  faceRest_.resize(at(kWideLanes * normalBlocks));
   for (Eigen::Index i = 0; i < kWideLanes * normalBlocks; ++i) {
     const int face = elements.faces[std::min(at(i), elements.faces.size() - 1)];
     for (int k = 0; k < 3; ++k) {
       corners_[rowOffset(i, 3, k)] = 4 * mesh.faces(k, face);
     }
+    faceRest_[at(i)] = static_cast<float>(1.0 / squaredWidthLimit(mesh, face));
   }
   // Lanes behind the last face around the vertices: any edge will do, nobody reads their forces.
   cornerEdges_.assign(at(3 * kWideLanes * forceBlocks), 0);
@@ -161,15 +165,10 @@ void WideCloth::packEdges(const ClothMesh& mesh, const Elements& elements) {
     if (hinge >= 0) {
       setRest(kTorsion, mesh.hingeStiffness[hinge]);
       setRest(kRestAngle, mesh.hingeRestAngles[hinge]);
-      setRest(
-          kInverseSquaredLimit1,
-          std::pow(kLimitedAltitude * mesh.hingeRestHeights(0, hinge), -2.0));
-      setRest(
-          kInverseSquaredLimit2,
-          std::pow(kLimitedAltitude * mesh.hingeRestHeights(1, hinge), -2.0));
     }
   }
   edgeStates_.assign(at(2 * kWideLanes * blocks), 0.0F);
+  edgeEnergies_.assign(at(kWideLanes * blocks), 0.0F);
 }
 
 void WideCloth::packVertices(const ClothMesh& mesh, const Elements& elements) {

@@ -63,7 +63,7 @@ class WideCloth {
 
   WideDomain domain_;
   CacheLineVector<std::int32_t> corners_, cornerEdges_, edgeEnds_, groupSlots_, slots_;
-  CacheLineVector<float> edgeRest_, normals_, edgeStates_, cornerForces_;
+  CacheLineVector<float> faceRest_, edgeRest_, normals_, edgeStates_, edgeEnergies_, cornerForces_;
 };
 
 }  // namespace bullet_ext

@@ -12,6 +12,11 @@
 /// which is −M g_i of torsion_force.h summed over the triangle's three hinges. So no hinge writes
 /// to four vertices; three passes over triangles, edges and triangles leave a force at every
 /// corner, and a fourth one adds up each vertex's corners in a fixed order and moves it.
+///
+/// The limit of compressed torsion (torsion_force.h) goes the same way: the first pass finds each
+/// triangle's factor s, the second one the energies E of the hinges, and −∂s/∂x Σ E/s over the
+/// triangle's three hinges is, by ∂q/∂l² = (D − q)/Σ, a pull along each of its edges. Where no
+/// triangle of the range is narrow, all of this is left out, to the same bytes.
 namespace bullet_ext {
 
 inline constexpr int kWideLanes = 8;
@@ -33,19 +38,19 @@ struct WideDomain {
   /// same number for each of its vertices, one vertex after the other; into cornerForces.
   const std::int32_t* groupSlots = nullptr;
   const std::int32_t* slots = nullptr;
-  float* normals = nullptr;       ///< [normalBlocks][8][4]: N̂ and |N|²
+  const float* faceRest = nullptr;  ///< [normalBlocks][8]: 1/q_limit [1/m²]
+  float* normals = nullptr;         ///< [normalBlocks][8][4]: N̂ and s
   float* edgeStates = nullptr;    ///< [edgeBlocks][8][2]: spring force / edge vector [N/m], μ [N]
+  float* edgeEnergies = nullptr;  ///< [edgeBlocks][8]: E [J], in the order of the pairs
   float* cornerForces = nullptr;  ///< [forceBlocks][3][8][4] [N], and one vector of 0
 };
 
 /// Rows of WideDomain::edgeRest.
 enum EdgeRestRow : std::uint8_t {
-  kHalfStiffness,         ///< k/2 [N/m], half of it for each of two triangles
-  kRestLength,            ///< l0 [m]
-  kTorsion,               ///< w [N·m/rad]
-  kRestAngle,             ///< α0 [rad]
-  kInverseSquaredLimit1,  ///< 1/h² [1/m²] of the two wings' limit altitudes
-  kInverseSquaredLimit2,
+  kHalfStiffness,  ///< k/2 [N/m], half of it for each of two triangles
+  kRestLength,     ///< l0 [m]
+  kTorsion,        ///< w [N·m/rad]
+  kRestAngle,      ///< α0 [rad]
   kEdgeRestRows
 };
 

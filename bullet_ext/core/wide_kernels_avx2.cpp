@@ -152,7 +152,27 @@ __m256 signedAngle(__m256 sineTimesLength, __m256 cosine, __m256 length) {
   return _mm256_or_ps(angle, _mm256_and_ps(signBit, sineTimesLength));
 }
 
-void normalBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
+/// In the order of kPairSlots.
+void storeSingles(float* to, __m256 values) {
+  _mm256_store_ps(
+      to, _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(values), 0b11'01'10'00)));
+}
+
+/// Of values stored by storeSingles, by the offsets of pairs.
+__m256 loadSingles(const float* base, const std::int32_t* pairOffsets) {
+  const auto* offsets = reinterpret_cast<const __m256i*>(pairOffsets);
+  return _mm256_i32gather_ps(base, _mm256_load_si256(offsets), 2);
+}
+
+/// Σ: the sum of a triangle's squared edges, for two of them and their dot product.
+__m256 squaredEdges(const Vector8& ab, const Vector8& ac, __m256 product) {
+  const __m256 half = _mm256_sub_ps(_mm256_add_ps(dot(ab, ab), dot(ac, ac)), product);
+  return _mm256_max_ps(_mm256_add_ps(half, half), constant(1e-20F));
+}
+
+/// Whether a triangle is narrow enough to weaken its hinges.
+template <bool kLimited>
+bool normalBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
   const std::int32_t* corners = domain.corners + 24 * block;
   const Vector8 a = loadVectors(positions, corners);
   const Vector8 ab = loadVectors(positions, corners + 8) - a;
@@ -160,7 +180,19 @@ void normalBlock(const WideDomain& domain, const float* positions, std::ptrdiff_
   const Vector8 normal = cross(ab, ac);
   const __m256 squared = _mm256_max_ps(dot(normal, normal), constant(1e-18F));
   const __m256 inverse = _mm256_div_ps(constant(1.0F), _mm256_sqrt_ps(squared));
-  storeVectors(domain.normals + 32 * block, inverse * normal, squared);
+  __m256 factor = constant(1.0F);
+  bool narrow = false;
+  if constexpr (kLimited) {
+    const __m256 scaled = _mm256_mul_ps(squared, _mm256_load_ps(domain.faceRest + 8 * block));
+    const __m256 edges = squaredEdges(ab, ac, dot(ab, ac));
+    narrow = _mm256_movemask_ps(_mm256_cmp_ps(scaled, edges, _CMP_LT_OQ)) != 0;
+    if (narrow) {
+      const __m256 part = _mm256_min_ps(constant(1.0F), _mm256_div_ps(scaled, edges));
+      factor = _mm256_mul_ps(part, _mm256_sub_ps(constant(2.0F), part));
+    }
+  }
+  storeVectors(domain.normals + 32 * block, inverse * normal, factor);
+  return narrow;
 }
 
 template <bool kLimited>
@@ -184,18 +216,47 @@ void edgeBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t 
   const __m256 difference = _mm256_sub_ps(angle, _mm256_load_ps(rest + 8 * kRestAngle));
   __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), difference);
   if constexpr (kLimited) {
-    const __m256 inverseSquare = _mm256_mul_ps(inverseLength, inverseLength);
-    const __m256 squaredHeight1 = _mm256_mul_ps(normal1.w, inverseSquare);
-    const __m256 squaredHeight2 = _mm256_mul_ps(normal2.w, inverseSquare);
-    const __m256 ratio1 =
-        _mm256_mul_ps(squaredHeight1, _mm256_load_ps(rest + 8 * kInverseSquaredLimit1));
-    const __m256 ratio2 =
-        _mm256_mul_ps(squaredHeight2, _mm256_load_ps(rest + 8 * kInverseSquaredLimit2));
-    moment = _mm256_mul_ps(moment, _mm256_min_ps(one, _mm256_min_ps(ratio1, ratio2)));
+    moment = _mm256_mul_ps(moment, _mm256_mul_ps(normal1.w, normal2.w));
+    const __m256 energy = _mm256_mul_ps(_mm256_mul_ps(constant(0.5F), moment), difference);
+    storeSingles(domain.edgeEnergies + 8 * block, energy);
   }
   storePairs(domain.edgeStates + 16 * block, {spring, _mm256_mul_ps(moment, inverseLength)});
 }
 
+/// Pulls along the edges ab, bc and ca, for the limit's part of the forces.
+struct Pulls {
+  __m256 ab, bc, ca;
+};
+
+Pulls limitPulls(
+    const WideDomain& domain,
+    std::ptrdiff_t block,
+    __m256 squaredNormal,
+    __m256 edges,
+    const Pulls& opposite) {
+  const std::int32_t* offsets = domain.cornerEdges + 24 * block;
+  const __m256 energy = _mm256_add_ps(
+      _mm256_add_ps(
+          loadSingles(domain.edgeEnergies, offsets), loadSingles(domain.edgeEnergies, offsets + 8)),
+      loadSingles(domain.edgeEnergies, offsets + 16));
+  const __m256 one = constant(1.0F);
+  const __m256 two = constant(2.0F);
+  const __m256 inverseEdges = _mm256_div_ps(one, edges);
+  const __m256 squaredWidth = _mm256_mul_ps(squaredNormal, inverseEdges);
+  const __m256 inverseLimit = _mm256_load_ps(domain.faceRest + 8 * block);
+  const __m256 part = _mm256_min_ps(one, _mm256_mul_ps(squaredWidth, inverseLimit));
+  // 2/Σ · E s'/s, with s'/s = 2 (1 − u)/(u (2 − u) q_limit)
+  const __m256 top = _mm256_mul_ps(
+      _mm256_mul_ps(constant(4.0F), _mm256_sub_ps(one, part)), _mm256_mul_ps(energy, inverseLimit));
+  const __m256 bottom = _mm256_mul_ps(part, _mm256_sub_ps(two, part));
+  const __m256 scale = _mm256_mul_ps(inverseEdges, _mm256_div_ps(top, bottom));
+  return {
+      _mm256_mul_ps(scale, _mm256_sub_ps(opposite.ab, squaredWidth)),
+      _mm256_mul_ps(scale, _mm256_sub_ps(opposite.bc, squaredWidth)),
+      _mm256_mul_ps(scale, _mm256_sub_ps(opposite.ca, squaredWidth))};
+}
+
+template <bool kLimited>
 void cornerBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
   const std::int32_t* corners = domain.corners + 24 * block;
   const std::int32_t* edges = domain.cornerEdges + 24 * block;
@@ -205,9 +266,9 @@ void cornerBlock(const WideDomain& domain, const float* positions, std::ptrdiff_
   const Vector8 ab = b - a;
   const Vector8 ac = c - a;
   const Vector8 bc = c - b;
-  const Pair8 onAb = loadPairs(domain.edgeStates, edges);
-  const Pair8 onBc = loadPairs(domain.edgeStates, edges + 8);
-  const Pair8 onCa = loadPairs(domain.edgeStates, edges + 16);
+  Pair8 onAb = loadPairs(domain.edgeStates, edges);
+  Pair8 onBc = loadPairs(domain.edgeStates, edges + 8);
+  Pair8 onCa = loadPairs(domain.edgeStates, edges + 16);
 
   const Vector8 normal = cross(ab, ac);
   const __m256 squared = _mm256_max_ps(dot(normal, normal), constant(1e-18F));
@@ -220,6 +281,13 @@ void cornerBlock(const WideDomain& domain, const float* positions, std::ptrdiff_
   const __m256 p = _mm256_mul_ps(dotA, _mm256_sub_ps(onCa.second, onAb.second));
   const __m256 q = _mm256_mul_ps(dotB, _mm256_sub_ps(onAb.second, onBc.second));
   const __m256 r = _mm256_mul_ps(dotC, _mm256_sub_ps(onBc.second, onCa.second));
+  if constexpr (kLimited) {
+    const Pulls pulls =
+        limitPulls(domain, block, squared, squaredEdges(ab, ac, dotA), {dotC, dotA, dotB});
+    onAb.first = _mm256_add_ps(onAb.first, pulls.ab);
+    onBc.first = _mm256_add_ps(onBc.first, pulls.bc);
+    onCa.first = _mm256_add_ps(onCa.first, pulls.ca);
+  }
 
   const Vector8 pullAb = onAb.first * ab;
   const Vector8 pullBc = onBc.first * bc;
@@ -276,15 +344,18 @@ void moveVertices(const WideDomain& domain, const WideSubstep& substep) {
 }  // namespace
 
 void computeWideForces(const WideDomain& domain, const float* positions, bool limitTorsion) {
+  const auto normals = limitTorsion ? normalBlock<true> : normalBlock<false>;
+  bool narrow = false;
   for (std::ptrdiff_t block = 0; block < domain.normalBlocks; ++block) {
-    normalBlock(domain, positions, block);
+    narrow |= normals(domain, positions, block);
   }
-  const auto edges = limitTorsion ? edgeBlock<true> : edgeBlock<false>;
+  const auto edges = narrow ? edgeBlock<true> : edgeBlock<false>;
   for (std::ptrdiff_t block = 0; block < domain.edgeBlocks; ++block) {
     edges(domain, positions, block);
   }
+  const auto corners = narrow ? cornerBlock<true> : cornerBlock<false>;
   for (std::ptrdiff_t block = 0; block < domain.forceBlocks; ++block) {
-    cornerBlock(domain, positions, block);
+    corners(domain, positions, block);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace bullet_ext {
 namespace {
@@ -69,14 +70,6 @@ TEST(TorsionForce, measuresTheSignedAngle) {
   }
 }
 
-TEST(TorsionForce, measuresTheAltitudes) {
-  for (const double angle : {-2.0, 0.0, 1.0}) {
-    const HingeAngle<double> state = hingeAngle(hingeAt(angle));
-    EXPECT_NEAR(state.squaredHeights[0], 0.015 * 0.015, 1e-17);
-    EXPECT_NEAR(state.squaredHeights[1], 0.015 * 0.015, 1e-17);
-  }
-}
-
 TEST(TorsionForce, actsOnTheWingsWithMomentOverAltitude) {
   const HingeVectors<double> x = test::hingeSheet(0.02, 0.015, 0.7).vertices;
   const HingeVectors<double> forces = hingeForces(x, kFree);
@@ -102,38 +95,58 @@ TEST(TorsionForce, isTheEnergysGradient) {
   }
 }
 
-TEST(TorsionForce, limitedForcesHaveTheirDerivative) {
-  // Limits at altitudes of 20 and 30 mm where the hinge has 15: the second one limits.
-  const Hinge<double> limited{0.05, 0.3, {4e-4, 9e-4}};
-  for (const double angle : {-1.5, 0.0, 2.0}) {
-    EXPECT_LT(test::forceDerivativeError(hingeLaw(limited), hingeAt(angle), 1e-5), 1e-9);
-    const HingeVectors<double> expected = 0.25 * hingeForces(hingeAt(angle), kFree);
-    EXPECT_LT((hingeForces(hingeAt(angle), limited) - expected).norm(), 1e-12);
+TEST(TorsionForce, limitedForcesAreTheEnergysGradient) {
+  // The first triangle has q = 41 mm², the second one 39: both, one and none of them are limited.
+  for (const auto& [first, second] : {std::pair{6e-5, 9e-5}, {2e-5, 9e-5}, {3e-4, 1e-6}}) {
+    const Hinge<double> limited{0.05, 0.3, {first, second}};
+    for (const double angle : {-2.8, -1.5, 0.0, 2.0}) {
+      EXPECT_LT(test::energyForceError(hingeLaw(limited), hingeAt(angle), 1e-5), 1e-8) << angle;
+    }
   }
-  const Hinge<double> roomy{0.05, 0.3, {1e-4, 1e-4}};  // stretched: no limit
+  const Hinge<double> roomy{0.05, 0.3, {1e-5, 1e-5}};
   EXPECT_EQ(hingeForces(hingeAt(1.0), roomy), hingeForces(hingeAt(1.0), kFree));
 }
 
 /// A hinge bent by 1 rad whose triangles have the given part of their rest altitude.
-double sizeAtAltitude(double part, bool limited) {
-  const ClothMesh mesh = test::clothOf(
+ClothMesh flatHinge(bool limited) {
+  return test::clothOf(
       test::hingeSheet(0.02, 0.015, 0.0),
       {.limitCompressedTorsion = limited},
       {.vertexOrder = VertexOrder::kInput});
-  return torsionLaw(mesh).forces(test::hingeSheet(0.02, part * 0.015, 1.0).vertices).norm();
+}
+
+double sizeAtAltitude(double part, bool limited) {
+  return torsionLaw(flatHinge(limited))
+      .forces(test::hingeSheet(0.02, part * 0.015, 1.0).vertices)
+      .norm();
 }
 
 TEST(TorsionForce, limitKeepsCollapsedTrianglesWeak) {
-  // F ~ M/h: without limit it explodes; with it, F ~ h below half the altitude.
+  // F ~ M/h: without limit it explodes. With it, h⁴ is left of the energy of two narrow triangles,
+  // and so h³ of the forces, but for the next terms, (h/H)² ≈ 2e-4 of them.
   EXPECT_NEAR(sizeAtAltitude(0.01, false), 100.0 * sizeAtAltitude(1.0, false), 1e-9);
-  EXPECT_NEAR(sizeAtAltitude(0.01, true), 0.04 * sizeAtAltitude(1.0, true), 1e-12);
-  EXPECT_EQ(sizeAtAltitude(0.0, true), 0.0);
+  EXPECT_NEAR(sizeAtAltitude(0.01, true), 8.0 * sizeAtAltitude(0.005, true), 4e-7);
+  EXPECT_LT(sizeAtAltitude(0.01, true), 1e-3 * sizeAtAltitude(1.0, true));
 }
 
 TEST(TorsionForce, limitLeavesOrdinaryClothAlone) {
-  for (const double part : {0.51, 0.7, 1.0, 1.5}) {
+  // A lower altitude leaves the edge as long, so that q falls a bit less than the altitude squared.
+  for (const double part : {0.9, 1.0, 1.5}) {
     EXPECT_EQ(sizeAtAltitude(part, true), sizeAtAltitude(part, false)) << part;
   }
+}
+
+TEST(TorsionForce, aTriangleThatTurnsOverInItsPlaneGainsNoEnergy) {
+  // Without limit the angle, and so the energy, jumps from 0 to π as the wing passes the edge.
+  const auto energyAt = [](double altitude, bool limited) {
+    Matrix3Xd x = test::hingeSheet(0.02, 0.015, 0.0).vertices;
+    x(1, 2) = altitude;
+    return torsionLaw(flatHinge(limited)).energy(x);
+  };
+  const double fullFold = 0.5 * 0.05 * std::numbers::pi * std::numbers::pi;
+  EXPECT_NEAR(energyAt(-1e-6, false) - energyAt(1e-6, false), fullFold, 1e-12);
+  EXPECT_LT(energyAt(-1e-6, true), 1e-6 * fullFold);
+  EXPECT_EQ(energyAt(1e-6, true), 0.0);
 }
 
 TEST(TorsionForce, derivativeIsSymmetric) {
