@@ -1,0 +1,27 @@
+#pragma once
+
+#include "avatar/body_pose.h"
+
+#include <Eigen/Core>
+
+#include <array>
+
+namespace simulcap {
+
+enum class TrackingStatus {
+  kTracked,
+  kLost,      ///< the pose is a prediction; don't trust it
+  kRecovered  ///< tracked again, in the first frame after being lost
+};
+
+/// The undressed body of one frame, as far as depth tells.
+struct TrackedBody {
+  avatar::BodyPose pose;  ///< in the capture's world
+  TrackingStatus status = TrackingStatus::kLost;
+  /// 0: known from prior and motion alone … 1: well seen.
+  std::array<double, avatar::kNumSmplJoints> jointConfidence = {};
+  double medianResidual = 0.0;  ///< of the visible surface to the depth [m]
+  int numCorrespondences = 0;
+};
+
+}  // namespace simulcap
