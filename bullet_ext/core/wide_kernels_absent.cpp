@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 // For processors that the wide kernels aren't written for; wideKernelsSupported() is false there.
+#if !BULLET_EXT_WIDE_KERNELS
 namespace bullet_ext {
 
 void computeWideForces(const WideDomain& /*domain*/, const float* /*positions*/, bool /*limit*/) {
@@ -19,3 +20,4 @@ const ContactKernels& wideContactKernels() {
 }
 
 }  // namespace bullet_ext
+#endif
