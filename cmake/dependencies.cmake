@@ -35,4 +35,15 @@ if(NOT SIMULCAP_CORE_ONLY)
       opencv_${module} PROPERTIES IMPORTED_LOCATION "${opencv_${module}_LIBRARY}"
                                   INTERFACE_INCLUDE_DIRECTORIES "${OpenCV_INCLUDE_DIR}")
   endforeach()
+  # By hand: PCL's CMake file looks for VTK and Qt as well. Only what plane fitting needs.
+  find_path(PCL_INCLUDE_DIR pcl/pcl_config.h PATH_SUFFIXES pcl-1.13 pcl-1.12 pcl-1.14 REQUIRED)
+  foreach(module common sample_consensus)
+    find_library(pcl_${module}_LIBRARY pcl_${module} REQUIRED)
+    add_library(pcl_${module} SHARED IMPORTED)
+    set_target_properties(
+      pcl_${module} PROPERTIES IMPORTED_LOCATION "${pcl_${module}_LIBRARY}"
+                               INTERFACE_INCLUDE_DIRECTORIES "${PCL_INCLUDE_DIR}")
+    target_link_libraries(pcl_${module} INTERFACE Eigen3::Eigen)
+  endforeach()
+  target_link_libraries(pcl_sample_consensus INTERFACE pcl_common)
 endif()

@@ -3,6 +3,7 @@
 #include "avatar/geometry/camera.h"
 #include "avatar/geometry/shading.h"
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct RgbdFrame {
   int height = 0;            ///< H [px]
   std::vector<float> depth;  ///< W·H [m] along the camera's z; 0 = no measurement
   avatar::ColorImage color;  ///< registered to the depth, W × H; empty: none
+  /// W·H PixelLabel given with the recording; empty: none.
+  std::vector<std::uint8_t> labels;
 };
 
 }  // namespace simulcap
