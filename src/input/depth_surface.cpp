@@ -43,18 +43,18 @@ PersonExtent extentOf(const DepthCloud& cloud) {
   return {box, static_cast<float>(sum / static_cast<double>(count))};
 }
 
-/// Window of the gradient [px]: differences over 2 · reach pixels, averaged over ±radius.
+/// Window of the gradient [px]: differences over 2 · reach pixels, averaged over ±radius. With the
+/// radius no smaller than the reach, pixels at a border still see differences.
 struct Window {
   int reach = 1;
   int radius = 1;
 };
 
 Window windowFor(const NormalOptions& options, double focal, float meanDepth) {
-  const float pixels = options.baseline * static_cast<float>(focal) / std::max(meanDepth, 0.1F);
   constexpr int kMax = 8;
-  return {
-      std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kMax),
-      std::clamp(static_cast<int>(std::lround(0.4F * pixels)), 1, kMax)};
+  const float pixels = options.baseline * static_cast<float>(focal) / std::max(meanDepth, 0.1F);
+  const int half = std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kMax);
+  return {half, half};
 }
 
 /// Inverse depth of the person's pixels; 0 elsewhere, and in a margin around the box.

@@ -134,8 +134,8 @@ std::vector<FrameFiles> associatedFrames(const std::string& folder, InputWarning
   std::vector<FrameFiles> frames;
   for (auto& pair : readTimedFiles(folder, "associations.txt", 2, warnings)) {
     // associate.py puts the first list first, mostly colour; the names tell.
-    const bool depthFirst = pair[0].path.rfind("depth") != std::string::npos &&
-                            pair[0].path.rfind("depth") > folder.size();
+    const std::size_t name = pair[0].path.rfind("depth");
+    const bool depthFirst = name != std::string::npos && name >= folder.size();
     const TimedFile& depth = pair[depthFirst ? 0 : 1];
     const TimedFile& color = pair[depthFirst ? 1 : 0];
     frames.push_back(
@@ -154,13 +154,16 @@ std::string nearestColor(const std::vector<TimedFile>& colors, double time) {
       colors.begin(), colors.end(), time, [](const TimedFile& c, double t) { return c.time < t; });
   std::string best;
   double bestDifference = kMaxDifference;
-  for (auto c = after == colors.begin() ? after : after - 1; c != colors.end() && c - after < 1;
-       ++c) {
-    if (std::abs(c->time - time) <= bestDifference) {
-      best = c->path;
-      bestDifference = std::abs(c->time - time);
+  const auto consider = [&](const TimedFile& color) {
+    if (std::abs(color.time - time) <= bestDifference) {
+      best = color.path;
+      bestDifference = std::abs(color.time - time);
     }
-  }
+  };
+  if (after != colors.begin())
+    consider(*(after - 1));
+  if (after != colors.end())
+    consider(*after);
   return best;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -110,27 +111,39 @@ struct Contact {
   long attached = 0;      ///< of those, at nearly the piece's depth: what it may be part of
 };
 
-Contact contactOf(
-    const CoarseDepth& coarse,
-    const Components& components,
-    int id,
-    const std::vector<std::uint8_t>& person,
-    const std::vector<float>& personAround) {
+/// What is known when limbs are looked for.
+struct LimbSearch {
+  const CoarseDepth& coarse;
+  const SceneLayout& layout;
+  const Components& components;
+  const std::vector<std::uint8_t>& person;
+  std::vector<float> personAround;  ///< depthAround the person
+};
+
+/// Feet stand on the floor without being part of it.
+bool isOnFloor(const LimbSearch& search, int cell) {
+  const Eigen::Vector3f point = search.coarse.points.col(cell);
+  const auto& floor = search.layout.floor;
+  return floor && floor->distance(point) < planeTolerance(*floor, point);
+}
+
+Contact contactOf(const LimbSearch& search, int id) {
+  const CoarseDepth& coarse = search.coarse;
   constexpr float kNear = 0.12F;  // [m]
   Contact contact;
-  for (const int cell : components.pieces[id].cells) {
+  for (const int cell : search.components.pieces[id].cells) {
     const float z = coarse.depth[cell];
-    if (personAround[cell] > 0.0F) {
-      const float distance = std::abs(personAround[cell] - z);
+    if (search.personAround[cell] > 0.0F) {
+      const float distance = std::abs(search.personAround[cell] - z);
       ++contact.cells;
       contact.joined += distance <= kNear ? 1 : 0;
       contact.distance = std::min(contact.distance, distance);
     }
     forNeighbours(coarse, cell, [&](int n) {
-      if (components.pieceOfCell[n] == id || person[n] != 0)
+      if (search.components.pieceOfCell[n] == id || search.person[n] != 0)
         return;
       ++contact.border;
-      contact.attached += std::abs(coarse.depth[n] - z) <= kNear ? 1 : 0;
+      contact.attached += std::abs(coarse.depth[n] - z) <= kNear && !isOnFloor(search, n) ? 1 : 0;
     });
   }
   return contact;
@@ -217,20 +230,22 @@ std::vector<std::uint8_t> findPerson(const CoarseDepth& coarse, const SceneLayou
     return person;
   for (const int cell : components.pieces[best].cells)
     person[cell] = 1;
-  addLimbs(coarse, components, person);
-  return person;
+  return withLimbs(coarse, layout, components, std::move(person));
 }
 
-void addLimbs(
-    const CoarseDepth& coarse, const Components& components, std::vector<std::uint8_t>& person) {
+std::vector<std::uint8_t> withLimbs(
+    const CoarseDepth& coarse,
+    const SceneLayout& layout,
+    const Components& components,
+    std::vector<std::uint8_t> person) {
   constexpr int kRounds = 2;  // a hand before a forearm before the body
   for (int round = 0; round < kRounds; ++round) {
-    const std::vector<float> around = depthAround(coarse, person, kPersonReach);
+    const LimbSearch search{
+        coarse, layout, components, person, depthAround(coarse, person, kPersonReach)};
     std::vector<int> limbs;
     for (int id = 0; id < static_cast<int>(components.pieces.size()); ++id) {
       const Component& piece = components.pieces[id];
-      if (person[piece.cells.front()] == 0 &&
-          isLimb(piece, contactOf(coarse, components, id, person, around)))
+      if (person[piece.cells.front()] == 0 && isLimb(piece, contactOf(search, id)))
         limbs.push_back(id);
     }
     for (const int id : limbs) {
@@ -238,6 +253,7 @@ void addLimbs(
         person[cell] = 1;
     }
   }
+  return person;
 }
 
 }  // namespace simulcap

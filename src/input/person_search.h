@@ -29,9 +29,12 @@ std::vector<std::uint8_t> findPerson(const CoarseDepth& coarse, const SceneLayou
 /// Cells that a limb may be away from the body in the image: a camera's shadow lies in between.
 inline constexpr int kPersonReach = 4;
 
-/// Adds the pieces that belong to the person though a jump in depth parts them: arms held before
-/// the body, hands, hair.
-void addLimbs(
-    const CoarseDepth& coarse, const Components& components, std::vector<std::uint8_t>& person);
+/// With the pieces that belong to the person though a jump in depth parts them: arms held before
+/// the body or half behind it, the far leg, hair.
+std::vector<std::uint8_t> withLimbs(
+    const CoarseDepth& coarse,
+    const SceneLayout& layout,
+    const Components& components,
+    std::vector<std::uint8_t> person);
 
 }  // namespace simulcap

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -85,8 +86,7 @@ std::vector<std::uint8_t> PersonTracker::continued(const CoarseDepth& coarse) co
     for (const int cell : cells)
       person[cell] = 1;
   }
-  addLimbs(coarse, components, person);
-  return person;
+  return withLimbs(coarse, layout_, components, std::move(person));
 }
 
 /// Cells around the person may be the person's: nothing is learned there.

@@ -142,12 +142,6 @@ TEST(DepthPreparation, KeepsToTheOnePersonWhenAnotherWalksBy) {
   }
 }
 
-TEST(DepthPreparation, PersonCloseToTheWall) {
-  const Room room = roomWithPerson(-0.35);
-  const auto seen = picture(room);
-  EXPECT_GT(maskIou(seen, DepthPreparation(room.camera)(seen.frame).person), 0.9);
-}
-
 TEST(DepthPreparation, HalfBodyWithoutFloor) {
   Room room{.camera = roomCamera()};
   room.camera.cameraFromWorld = avatar::lookAt({0.0, 1.3, 1.1}, {0.0, 1.3, 0.0});

@@ -34,7 +34,7 @@ struct Room {
   /// Upright, at this z, facing the camera.
   void addWall(double z) {
     Eigen::Isometry3d placement = Eigen::Isometry3d::Identity();
-    placement.translation() = {0.0, 0.0, z};
+    placement.translation().z() = z;
     placement.rotate(Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitX()));
     add(avatar::planeMesh({8.0, 8.0}), placement, kWall);
   }
