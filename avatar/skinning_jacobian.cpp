@@ -1,36 +1,11 @@
 #include "avatar/skinning_jacobian.h"
 
+#include "avatar/axis_angle.h"
+
 #include <algorithm>
-#include <cmath>
 
 namespace avatar {
 namespace {
-
-Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0.0, -v.z(), v.y(),  //
-      v.z(), 0.0, -v.x(),        //
-      -v.y(), v.x(), 0.0;
-  return matrix;
-}
-
-/// The left Jacobian of SO(3): exp(θ + δ) = exp(J δ) exp(θ) to first order in δ.
-/// J = I + (1 − cos a)/a² [θ] + (a − sin a)/a³ [θ]², a = |θ|.
-Eigen::Matrix3d leftJacobian(const Eigen::Vector3d& axisAngle) {
-  const double squared = axisAngle.squaredNorm();
-  const double angle = std::sqrt(squared);
-  // Taylor series where the quotients cancel; the first terms left out are below 1e-16 there.
-  constexpr double kSmall = 0.01;
-  double b = 0.5 - squared / 24.0 + squared * squared / 720.0;
-  double c = 1.0 / 6.0 - squared / 120.0 + squared * squared / 5040.0;
-  if (angle > kSmall) {
-    const double half = std::sin(0.5 * angle);
-    b = 2.0 * half * half / squared;
-    c = (angle - std::sin(angle)) / (squared * angle);
-  }
-  const Eigen::Matrix3d cross = crossMatrix(axisAngle);
-  return Eigen::Matrix3d::Identity() + b * cross + c * cross * cross;
-}
 
 Eigen::Vector3d rotationOf(const BodyPose& pose, int joint) {
   return 3 * joint < pose.jointRotations.size()

@@ -1,0 +1,315 @@
+#include "src/tracking/body_tracker.h"
+
+#include "avatar/axis_angle.h"
+#include "avatar/io/prior_file.h"
+#include "src/tracking/coarse_alignment.h"
+#include "src/tracking/pose_solver.h"
+#include "src/tracking/surface_visibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+namespace simulcap {
+namespace {
+
+constexpr double kBetaPrior = 0.2;  // per unit² of beta, against the data term
+/// Of a frame's information that is new: noise, clothes and errors of matching repeat.
+constexpr double kNewInformation = 0.2;
+constexpr int kMinPersonPixels = 200;
+
+avatar::BodyPose extrapolated(
+    const avatar::BodyPose& before, const avatar::BodyPose& last, double ratio) {
+  avatar::BodyPose pose = last;
+  for (int joint = 0; joint < kNumTrackedJoints; ++joint) {
+    const Eigen::Vector3d a = before.jointRotations.segment<3>(3 * joint);
+    const Eigen::Vector3d b = last.jointRotations.segment<3>(3 * joint);
+    const Eigen::Quaterniond now = avatar::quaternionFromAxisAngle(b);
+    const Eigen::Vector3d turn =
+        avatar::axisAngleFromQuaternion(avatar::quaternionFromAxisAngle(a).conjugate() * now);
+    pose.jointRotations.segment<3>(3 * joint) =
+        avatar::axisAngleFromQuaternion(now * avatar::quaternionFromAxisAngle(ratio * turn));
+  }
+  pose.translation += ratio * (last.translation - before.translation);
+  return pose;
+}
+
+/// Every rotation by its shortest vector, so that the next frame starts far from 2π.
+void normalize(avatar::BodyPose& pose) {
+  for (Eigen::Index i = 0; i < pose.jointRotations.size(); i += 3) {
+    pose.jointRotations.segment<3>(i) = avatar::axisAngleFromQuaternion(
+        avatar::quaternionFromAxisAngle(pose.jointRotations.segment<3>(i)));
+  }
+}
+
+bool isFound(const MatchQuality& quality) {
+  constexpr double kMinExplained = 0.90;
+  constexpr double kMinOverlap = 0.70;
+  constexpr double kMaxResidual = 0.04;  // [m]
+  return quality.numMatches > 0 && quality.explained >= kMinExplained &&
+         quality.overlap >= kMinOverlap && quality.medianResidual <= kMaxResidual;
+}
+
+}  // namespace
+
+class BodyTracker::Implementation {
+ public:
+  Implementation(
+      const avatar::BodyModel& model, const avatar::Camera& camera, const TrackerOptions& options)
+      : model_(model),
+        camera_(camera),
+        options_((options.validate(), avatar::requireValid(camera), options)),
+        surface_(std::make_unique<TrackedSurface>(model, options.numSamples)),
+        regularizer_(
+            avatar::PosePrior(options.posePrior ? *options.posePrior : avatar::builtInPrior())) {
+    state_.betas = Eigen::VectorXd::Zero(surface_->numBetas());
+    state_.betaInformation =
+        kBetaPrior * Eigen::MatrixXd::Identity(surface_->numBetas(), surface_->numBetas());
+    state_.betasHeld = !options.estimateShape || surface_->numBetas() == 0;
+  }
+
+  TrackedBody track(const DepthCloud& cloud, double timestamp) {
+    requireFits(cloud, timestamp);
+    const DepthView view(cloud, camera_, options_.numDepthSamples);
+    const bool visible = view.numPersonPixels() >= kMinPersonPixels;
+    if (state_.framesTracked == 0 && !visible) {
+      return {};
+    }
+    const bool started = state_.framesTracked > 0;
+    PoseSolution solution;
+    solution.parameters = {started ? predicted(timestamp) : state_.pose, state_.betas};
+    MatchQuality quality;
+    bool found = false;
+    if (visible && started) {
+      solution = solvePose(
+          *surface_,
+          regularizer_,
+          view,
+          solution.parameters,
+          trackingOptions(timestamp),
+          betaKnowledge());
+      quality = qualityOf(solution, view);
+      found = isFound(quality);
+    }
+    if (visible && (!started || (!found && state_.framesLost > 0))) {
+      const PoseSolution fresh = startedAnew(view);
+      const MatchQuality freshQuality = qualityOf(fresh, view);
+      constexpr double kClearlyBetter = 0.9;
+      if (!started || freshQuality.meanCost < kClearlyBetter * quality.meanCost) {
+        solution = fresh;
+        quality = freshQuality;
+        found = !started || isFound(quality);
+      }
+    }
+    return accepted(solution, quality, found, timestamp);
+  }
+
+  const TrackerState& state() const { return state_; }
+
+  void restore(const TrackerState& state) {
+    if (state.betas.size() != surface_->numBetas()) {
+      throw std::invalid_argument("BodyTracker::restore: the state is another model's");
+    }
+    state_ = state;
+  }
+
+  void setBetas(const Eigen::VectorXd& betas) {
+    if (betas.size() > model_.numBetas() || !betas.allFinite()) {
+      throw std::invalid_argument(
+          "BodyTracker::setBetas: expected finite numbers, at most " +
+          std::to_string(model_.numBetas()));
+    }
+    state_.betas.setZero();
+    const Eigen::Index used = std::min(betas.size(), state_.betas.size());
+    state_.betas.head(used) = betas.head(used);
+    state_.betasHeld = true;
+  }
+
+  void holdBetas() { state_.betasHeld = true; }
+
+  void setOuterLayer(const OuterLayer& layer) {
+    surface_ = std::make_unique<TrackedSurface>(model_, options_.numSamples, &layer);
+  }
+
+ private:
+  void requireFits(const DepthCloud& cloud, double timestamp) const {
+    const auto size =
+        static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
+    if (cloud.width != camera_.width || cloud.height != camera_.height ||
+        cloud.depth.size() != size || cloud.person.size() != size ||
+        static_cast<std::size_t>(cloud.points.cols()) != size ||
+        static_cast<std::size_t>(cloud.normals.cols()) != size ||
+        (!cloud.labels.empty() && cloud.labels.size() != size)) {
+      throw std::invalid_argument("BodyTracker: the cloud's size is not the camera's");
+    }
+    if (!std::isfinite(timestamp) || (state_.framesTracked > 0 && timestamp <= state_.timestamp)) {
+      throw std::invalid_argument("BodyTracker: time must increase from frame to frame");
+    }
+  }
+
+  avatar::BodyPose predicted(double timestamp) const {
+    const double step = state_.timestamp - state_.timestampBefore;
+    constexpr double kLongest = 0.15;  // [s]: farther ahead nobody moves on in a straight line
+    constexpr double kPersistence = 0.8;
+    if (state_.framesTracked < 2 || state_.framesLost > 0 || step > kLongest) {
+      return state_.pose;
+    }
+    const double ahead = std::min(timestamp - state_.timestamp, kLongest);
+    return extrapolated(state_.before, state_.pose, kPersistence * ahead / step);
+  }
+
+  PoseSolverOptions trackingOptions(double timestamp) const {
+    PoseSolverOptions solver = startOptions();
+    solver.iterations = options_.iterations;
+    solver.firstGate = options_.firstGate;
+    solver.lastGate = options_.lastGate;
+    solver.firstInterIterations = std::min(3, options_.iterations - 1);
+    // What may have changed grows with time.
+    constexpr double kUsualStep = 1.0 / 30.0;
+    const double step = std::max(timestamp - state_.timestamp, 0.25 * kUsualStep);
+    solver.regularization.temporal = std::min(4.0, kUsualStep / step) / (1.0 + state_.framesLost);
+    return solver;
+  }
+
+  PoseSolverOptions startOptions() const {
+    PoseSolverOptions solver;
+    solver.dataWeight = options_.dataWeight;
+    solver.firstInterWeight = options_.firstInterWeight;
+    solver.laterInterWeight = options_.laterInterWeight;
+    solver.clothOffset = options_.clothOffset;
+    solver.floorHeight = options_.floorHeight;
+    solver.regularization.prior = options_.priorWeight;
+    return solver;
+  }
+
+  std::optional<BetaKnowledge> betaKnowledge() const {
+    if (state_.betasHeld) {
+      return std::nullopt;
+    }
+    return BetaKnowledge{state_.betas, state_.betaInformation};
+  }
+
+  MatchQuality qualityOf(const PoseSolution& solution, const DepthView& view) const {
+    const PosedSamples posed = surface_->pose(solution.parameters, false);
+    return matchQuality(*surface_, posed, solution.visible, view);
+  }
+
+  /// Tries all coarse alignments, refines the best few, keeps the best.
+  PoseSolution startedAnew(const DepthView& view) const {
+    const auto starts = coarseAlignments(*surface_, view, state_.betas, !state_.betasHeld);
+
+    struct Candidate {
+      double cost;
+      PoseSolution solution;
+    };
+
+    PoseSolverOptions rough = startOptions();
+    rough.iterations = 4;
+    rough.rootOnly = true;
+    rough.regularization.temporal = 0.02;
+    rough.laterInterWeight = options_.firstInterWeight;
+    std::vector<Candidate> candidates;
+    for (const BodyParameters& start : starts) {
+      PoseSolution solution = solvePose(*surface_, regularizer_, view, start, rough);
+      const double cost = qualityOf(solution, view).meanCost;
+      candidates.push_back({cost, std::move(solution)});
+    }
+    const auto cheaper = [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; };
+    std::stable_sort(candidates.begin(), candidates.end(), cheaper);
+    constexpr std::size_t kRefined = 8;
+    candidates.resize(std::min(kRefined, candidates.size()));
+    PoseSolverOptions fine = startOptions();
+    fine.regularization.temporal = 0.02;
+    fine.laterInterWeight = options_.firstInterWeight;
+    for (Candidate& candidate : candidates) {
+      for (const int iterations : {8, 12}) {
+        fine.iterations = iterations;
+        BodyParameters from = candidate.solution.parameters;
+        normalize(from.pose);
+        auto betas = betaKnowledge();
+        if (betas) {
+          betas->mean.setZero();
+        }
+        candidate.solution = solvePose(*surface_, regularizer_, view, from, fine, betas);
+      }
+      candidate.solution.visible =
+          visibleSamples(*surface_, candidate.solution.parameters, camera_);
+      candidate.cost = qualityOf(candidate.solution, view).meanCost;
+    }
+    std::stable_sort(candidates.begin(), candidates.end(), cheaper);
+    return candidates.front().solution;
+  }
+
+  TrackedBody accepted(
+      PoseSolution& solution, const MatchQuality& quality, bool found, double timestamp) {
+    normalize(solution.parameters.pose);
+    TrackedBody tracked;
+    tracked.pose = solution.parameters.pose;
+    tracked.medianResidual = quality.medianResidual;
+    tracked.numCorrespondences = quality.numMatches;
+    const bool wasLost = state_.framesLost > 0;
+    tracked.status = !found    ? TrackingStatus::kLost
+                     : wasLost ? TrackingStatus::kRecovered
+                               : TrackingStatus::kTracked;
+    if (found) {
+      tracked.jointConfidence = quality.jointSupport;
+      if (!state_.betasHeld) {
+        state_.betas = solution.parameters.betas;
+        state_.betaInformation += kNewInformation * solution.betaInformation;
+      }
+    }
+    state_.before = wasLost || state_.framesTracked == 0 ? tracked.pose : state_.pose;
+    state_.pose = tracked.pose;
+    state_.timestampBefore = state_.framesTracked == 0 ? timestamp - 1.0 : state_.timestamp;
+    state_.timestamp = timestamp;
+    state_.framesLost = found ? 0 : state_.framesLost + 1;
+    ++state_.framesTracked;
+    return tracked;
+  }
+
+  const avatar::BodyModel& model_;
+  avatar::Camera camera_;
+  TrackerOptions options_;
+  std::unique_ptr<TrackedSurface> surface_;
+  PoseRegularizer regularizer_;
+  TrackerState state_;
+};
+
+BodyTracker::BodyTracker(
+    const avatar::BodyModel& model, const avatar::Camera& camera, const TrackerOptions& options)
+    : implementation_(std::make_unique<Implementation>(model, camera, options)) {}
+
+BodyTracker::~BodyTracker() = default;
+BodyTracker::BodyTracker(BodyTracker&&) noexcept = default;
+BodyTracker& BodyTracker::operator=(BodyTracker&&) noexcept = default;
+
+TrackedBody BodyTracker::track(const DepthCloud& cloud, double timestamp) {
+  return implementation_->track(cloud, timestamp);
+}
+
+const Eigen::VectorXd& BodyTracker::betas() const {
+  return implementation_->state().betas;
+}
+
+void BodyTracker::setBetas(const Eigen::VectorXd& betas) {
+  implementation_->setBetas(betas);
+}
+
+void BodyTracker::holdBetas() {
+  implementation_->holdBetas();
+}
+
+void BodyTracker::setOuterLayer(const OuterLayer& layer) {
+  implementation_->setOuterLayer(layer);
+}
+
+const TrackerState& BodyTracker::state() const {
+  return implementation_->state();
+}
+
+void BodyTracker::restore(const TrackerState& state) {
+  implementation_->restore(state);
+}
+
+}  // namespace simulcap

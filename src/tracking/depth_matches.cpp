@@ -1,0 +1,314 @@
+#include "src/tracking/depth_matches.h"
+
+#include "src/tracking/sample_bins.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace simulcap {
+namespace {
+
+using Sample = TrackedSurface::Sample;
+
+constexpr double kMinCosine = 0.3;  // between normals of a match
+constexpr double kMinFacing = 0.1;  // cosine between a sample's normal and the way to the camera
+constexpr double kNearSkin = 0.04;  // beyond it, skin is also pulled sideways [m]
+constexpr double kSleeve = 0.06;    // cloth hangs up to this far from the skin [m]
+constexpr double kMaxPush = 0.03;   // E_inter pulls as if no deeper than this [m]
+constexpr double kUsualSamples = 1500;
+/// E_inter against E_data at λ = 1: noise puts half of the depth in front of its surface, and ten
+/// times one side of it would push a body back that is right.
+constexpr double kInterShare = 0.3;
+
+/// The samples as the camera sees them.
+struct SeenSamples {
+  Eigen::Matrix3Xd points, normals;  // camera's frame
+  Eigen::Matrix2Xd pixels;
+  std::vector<std::uint8_t> facing;  // visible, turned towards the camera
+};
+
+SeenSamples seenBy(
+    const avatar::Camera& camera,
+    const PosedSamples& posed,
+    const std::vector<std::uint8_t>& visible) {
+  SeenSamples seen;
+  seen.points = (camera.cameraFromWorld.linear() * posed.positions).colwise() +
+                camera.cameraFromWorld.translation();
+  seen.normals = camera.cameraFromWorld.linear() * posed.normals;
+  seen.pixels.resize(2, seen.points.cols());
+  seen.facing.assign(visible.size(), 0);
+  for (Eigen::Index i = 0; i < seen.points.cols(); ++i) {
+    const Eigen::Vector3d point = seen.points.col(i);
+    const double z = std::max(point.z(), 0.05);
+    seen.pixels.col(i) << camera.fx * point.x() / z + camera.cx,
+        camera.fy * point.y() / z + camera.cy;
+    const double facing = -seen.normals.col(i).dot(point) / point.norm();
+    const auto s = static_cast<std::size_t>(i);
+    seen.facing[s] = visible[s] != 0 && point.z() > 0.1 && facing > kMinFacing ? 1 : 0;
+  }
+  return seen;
+}
+
+/// How much a match of this sample with a pixel of this label pulls from both sides, 0 … 1: 1 for
+/// skin on skin and clothes on cloth, 0 for skin under cloth, between where nobody knows.
+double twoSidedness(const Sample& sample, std::uint8_t label) {
+  if (label == kBackground) {
+    return sample.cloth ? 1.0 - sample.bareness : sample.bareness;
+  }
+  return sample.cloth == (label != kSkin) ? 1.0 : 0.0;
+}
+
+class Matcher {
+ public:
+  Matcher(
+      const TrackedSurface& surface,
+      const PosedSamples& posed,
+      const std::vector<std::uint8_t>& visible,
+      const DepthView& view,
+      const MatchOptions& options)
+      : surface_(surface),
+        view_(view),
+        options_(options),
+        worldFromCamera_(view.camera().cameraFromWorld.linear().transpose()),
+        seen_(seenBy(view.camera(), posed, visible)) {}
+
+  std::vector<SurfaceConstraint> run() {
+    sampleShare_ =
+        kUsualSamples / static_cast<double>(std::max<std::size_t>(1, surface_.samples().size()));
+    for (std::size_t i = 0; i < surface_.samples().size(); ++i) {
+      matchSample(static_cast<int>(i));
+    }
+    const auto numPixels = static_cast<double>(std::max<std::size_t>(1, view_.pixels().size()));
+    sampleShare_ = kUsualSamples / numPixels;
+    const SampleBins bins(
+        seen_.points, seen_.normals, seen_.pixels, seen_.facing, view_.camera().fx);
+    for (const DepthView::PixelSample& pixel : view_.pixels()) {
+      matchPixel(bins, pixel);
+    }
+    return std::move(constraints_);
+  }
+
+ private:
+  void add(int sample, const Eigen::Vector3d& direction, double residual, double weight) {
+    if (weight > 0.0) {
+      constraints_.push_back(
+          {sample, worldFromCamera_ * direction, residual, sampleShare_ * weight});
+    }
+  }
+
+  /// A point of the surface against the plane of a depth pixel: `off` > 0 in front of it.
+  void addPlane(int index, const DepthView::PixelSample& pixel, double off, double share) {
+    const Sample& sample = surface_.samples()[static_cast<std::size_t>(index)];
+    const double both = twoSidedness(sample, pixel.label);
+    const double robust = gemanMcClureWeight(off, options_.robustScale);
+    const double data = share * options_.dataWeight * robust;
+    add(index, pixel.normal, off, data * both);
+    if (both == 1.0 || sample.cloth) {
+      return;
+    }
+    const double behind = off + options_.clothOffset;
+    if (behind > 0.0) {
+      const double push = std::min(behind, kMaxPush);
+      // A clamped residual pulls as one of its own size would: eq. (2) without its outliers.
+      add(index,
+          pixel.normal,
+          push,
+          share * (1.0 - both) * kInterShare * options_.interWeight * robust);
+    } else {
+      add(index, pixel.normal, behind, data * (1.0 - both) * options_.slackWeight);
+    }
+  }
+
+  void matchSample(int index) {
+    const auto s = static_cast<std::size_t>(index);
+    const DepthCloud& cloud = view_.cloud();
+    const int x = static_cast<int>(std::lround(seen_.pixels(0, index)));
+    const int y = static_cast<int>(std::lround(seen_.pixels(1, index)));
+    if (x < 0 || y < 0 || x >= cloud.width || y >= cloud.height ||
+        !(seen_.points(2, index) > 0.1)) {
+      return;
+    }
+    const std::size_t i = cloud.index(x, y);
+    if (cloud.person[i] == 0) {
+      addSilhouette(index, x, y);
+      return;
+    }
+    if (seen_.facing[s] == 0) {
+      return;
+    }
+    const auto column = static_cast<Eigen::Index>(i);
+    const DepthView::PixelSample pixel{
+        cloud.points.col(column).cast<double>(),
+        cloud.normals.col(column).cast<double>(),
+        Eigen::Vector2d(x, y),
+        cloud.labels.empty() ? std::uint8_t{kBackground} : cloud.labels[i]};
+    const Eigen::Vector3d offset = seen_.points.col(index) - pixel.point;
+    if (offset.norm() < options_.gate && pixel.normal.dot(seen_.normals.col(index)) > kMinCosine) {
+      addPlane(index, pixel, pixel.normal.dot(offset), 0.5);
+    }
+  }
+
+  /// A sample where the camera sees past the person belongs beside the nearest pixel of it.
+  void addSilhouette(int index, int x, int y) {
+    if (options_.silhouetteWeight == 0.0 ||
+        surface_.samples()[static_cast<std::size_t>(index)].cloth) {
+      return;
+    }
+    const DepthCloud& cloud = view_.cloud();
+    const Eigen::Vector3d point = seen_.points.col(index);
+    const double behind = static_cast<double>(cloud.depth[cloud.index(x, y)]);
+    constexpr double kClearlyBehind = 0.05;  // [m]
+    if (behind == 0.0 || behind < point.z() + kClearlyBehind) {
+      return;  // a hole, or something that hides the person
+    }
+    const Eigen::Vector2i nearest = view_.nearestPersonPixel(x, y);
+    if (nearest.x() < 0) {
+      return;
+    }
+    const double metresPerPixel = point.z() / view_.camera().fx;
+    Eigen::Vector3d direction(
+        seen_.pixels(0, index) - nearest.x(), seen_.pixels(1, index) - nearest.y(), 0.0);
+    constexpr double kSlack = 0.01;  // mixed pixels at the border are often lost [m]
+    const double off = direction.norm() * metresPerPixel - kSlack;
+    if (off > 0.0 && off < options_.gate) {
+      add(index,
+          direction.normalized(),
+          off,
+          options_.silhouetteWeight * gemanMcClureWeight(off, 2.0 * options_.robustScale));
+    }
+  }
+
+  void matchPixel(const SampleBins& bins, const DepthView::PixelSample& pixel) {
+    const int index =
+        bins.nearest({pixel.point, pixel.normal, pixel.pixel, options_.gate, kMinCosine});
+    if (index < 0) {
+      return;
+    }
+    const Sample& sample = surface_.samples()[static_cast<std::size_t>(index)];
+    const Eigen::Vector3d offset = seen_.points.col(index) - pixel.point;
+    const double distance = offset.norm();
+    if (!pixel.normal.isZero(0.0)) {
+      addPlane(index, pixel, pixel.normal.dot(offset), 0.5);
+    }
+    const double both = twoSidedness(sample, pixel.label);
+    const double free = both * kNearSkin + (1.0 - both) * kSleeve;
+    if (distance > free) {
+      const double off = distance - free;
+      add(index,
+          offset / distance,
+          off,
+          0.5 * options_.dataWeight * gemanMcClureWeight(off, 2.0 * options_.robustScale));
+    }
+  }
+
+  const TrackedSurface& surface_;
+  const DepthView& view_;
+  const MatchOptions& options_;
+  Eigen::Matrix3d worldFromCamera_;
+  SeenSamples seen_;
+  double sampleShare_ = 1.0;
+  std::vector<SurfaceConstraint> constraints_;
+};
+
+double median(std::vector<double>& values) {
+  if (values.empty()) {
+    return 0.0;
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+double gemanMcClureWeight(double residual, double scale) {
+  const double squared = scale * scale;
+  const double share = squared / (squared + residual * residual);
+  return share * share;
+}
+
+std::vector<SurfaceConstraint> depthMatches(
+    const TrackedSurface& surface,
+    const PosedSamples& posed,
+    const std::vector<std::uint8_t>& visible,
+    const DepthView& view,
+    const MatchOptions& options) {
+  return Matcher(surface, posed, visible, view, options).run();
+}
+
+MatchQuality matchQuality(
+    const TrackedSurface& surface,
+    const PosedSamples& posed,
+    const std::vector<std::uint8_t>& visible,
+    const DepthView& view) {
+  const SeenSamples seen = seenBy(view.camera(), posed, visible);
+  const DepthCloud& cloud = view.cloud();
+  constexpr double kScale = 0.04;   // [m] of the cost
+  constexpr double kNearby = 0.08;  // [m]
+  const auto cost = [](double r) { return r * r / (r * r + kScale * kScale); };
+  const bool dressed = surface.numBodyFaces() < surface.model().numFaces();
+
+  MatchQuality quality;
+  std::array<double, avatar::kNumSmplJoints> perJoint = {};
+  std::vector<double> residuals;
+  double sampleCost = 0.0;
+  int inImage = 0;
+  int onPerson = 0;
+  for (std::size_t s = 0; s < surface.samples().size(); ++s) {
+    const Sample& sample = surface.samples()[s];
+    const auto joint = static_cast<std::size_t>(sample.joint);
+    const auto i = static_cast<Eigen::Index>(s);
+    if (!sample.cloth) {
+      perJoint[joint] += 0.5;  // a body shows about half of its skin
+    }
+    const int x = static_cast<int>(std::lround(seen.pixels(0, i)));
+    const int y = static_cast<int>(std::lround(seen.pixels(1, i)));
+    if (seen.facing[s] == 0 || x < 0 || y < 0 || x >= cloud.width || y >= cloud.height) {
+      continue;
+    }
+    const std::size_t p = cloud.index(x, y);
+    if (cloud.person[p] == 0 && cloud.depth[p] == 0.0F) {
+      continue;
+    }
+    ++inImage;
+    if (cloud.person[p] == 0) {
+      sampleCost += static_cast<double>(cloud.depth[p]) > seen.points(2, i) ? 1.0 : 0.0;
+      continue;
+    }
+    ++onPerson;
+    const auto column = static_cast<Eigen::Index>(p);
+    const Eigen::Vector3d offset = seen.points.col(i) - cloud.points.col(column).cast<double>();
+    const double off = std::abs(cloud.normals.col(column).cast<double>().dot(offset));
+    const bool near = offset.norm() < kNearby;
+    sampleCost += near ? cost(off) : 1.0;
+    quality.jointSupport[joint] += near && !sample.cloth ? 1.0 : 0.0;
+    if (near &&
+        (!dressed || sample.cloth ||
+         twoSidedness(sample, cloud.labels.empty() ? std::uint8_t{kBackground} : cloud.labels[p]) >
+             0.5)) {
+      residuals.push_back(off);
+      ++quality.numMatches;
+    }
+  }
+  const SampleBins bins(seen.points, seen.normals, seen.pixels, seen.facing, view.camera().fx);
+  double pixelCost = 0.0;
+  int explained = 0;
+  for (const DepthView::PixelSample& pixel : view.pixels()) {
+    const int index = bins.nearest({pixel.point, pixel.normal, pixel.pixel, kNearby, 0.0});
+    explained += index >= 0 ? 1 : 0;
+    pixelCost += index < 0 ? 1.0 : cost((seen.points.col(index) - pixel.point).norm());
+  }
+  const double numPixels = std::max<double>(1.0, static_cast<double>(view.pixels().size()));
+  quality.explained = explained / numPixels;
+  quality.overlap = inImage == 0 ? 0.0 : static_cast<double>(onPerson) / inImage;
+  quality.meanCost =
+      0.5 * pixelCost / numPixels + 0.5 * (inImage == 0 ? 1.0 : sampleCost / inImage);
+  quality.medianResidual = median(residuals);
+  for (std::size_t j = 0; j < perJoint.size(); ++j) {
+    quality.jointSupport[j] =
+        perJoint[j] == 0.0 ? 0.0 : std::min(1.0, quality.jointSupport[j] / perJoint[j]);
+  }
+  return quality;
+}
+
+}  // namespace simulcap

@@ -1,0 +1,54 @@
+#pragma once
+
+#include "src/tracking/depth_view.h"
+#include "src/tracking/tree_equations.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace simulcap {
+
+/// Geman & McClure's weight of a residual for iteratively reweighted least squares: the energy is
+/// s² r² / (s² + r²), its weight (s² / (s² + r²))².
+double gemanMcClureWeight(double residual, double scale);
+
+struct MatchOptions {
+  double gate = 0.12;          ///< farthest match [m]
+  double robustScale = 0.04;   ///< s of Geman–McClure [m]
+  double dataWeight = 1.0;     ///< λ_data
+  double interWeight = 1.0;    ///< λ_inter
+  double clothOffset = 0.005;  ///< σ of eq. (2) [m]
+  /// Of cloth that hangs in front of the body by more than σ, relative to bare skin.
+  double slackWeight = 0.2;
+  double silhouetteWeight = 0.3;  ///< of samples beside the person in the image
+};
+
+/// E_data and E_inter (eq. 1, 2) at one pose: from samples to the depth they project on, from
+/// pixels to the nearest sample, and from samples beside the person in the image back to it.
+/// Cloth is one-sided: skin must not be in front of it, and hardly anything pulls skin towards it.
+/// Weights count per square metre of a spread of 1500 samples, whatever the numbers are.
+std::vector<SurfaceConstraint> depthMatches(
+    const TrackedSurface& surface,
+    const PosedSamples& posed,
+    const std::vector<std::uint8_t>& visible,
+    const DepthView& view,
+    const MatchOptions& options);
+
+/// How well a pose explains a frame.
+struct MatchQuality {
+  double medianResidual = 0.0;  ///< visible outermost samples to the depth along its normal [m]
+  double meanCost = 0.0;   ///< robust, over pixels and samples, 0 … 1; the smaller the better
+  double explained = 0.0;  ///< share of the person's pixels that have a sample nearby
+  double overlap = 0.0;    ///< share of the visible samples in the image that see the person
+  int numMatches = 0;
+  /// Per joint: share of its samples that see matching depth.
+  std::array<double, avatar::kNumSmplJoints> jointSupport = {};
+};
+
+MatchQuality matchQuality(
+    const TrackedSurface& surface,
+    const PosedSamples& posed,
+    const std::vector<std::uint8_t>& visible,
+    const DepthView& view);
+
+}  // namespace simulcap

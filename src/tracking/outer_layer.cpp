@@ -1,0 +1,69 @@
+#include "src/tracking/outer_layer.h"
+
+#include "avatar/avatar_pose.h"
+
+#include <Eigen/LU>
+
+namespace simulcap {
+namespace {
+
+using SkinningWeights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+/// x = M⁻¹ v, M = Σ_k w_k G_k(bind) G_k(rest)⁻¹: the vertex before the bind pose moved it.
+Eigen::Matrix3Xd unposed(const avatar::Garment& garment, const avatar::AvatarBody& body) {
+  std::vector<Eigen::Isometry3d> bindFromRest = avatar::worldFromJoints(body, garment.bindPose);
+  const auto restFrames = avatar::worldFromJoints(body, {});
+  for (std::size_t joint = 0; joint < bindFromRest.size(); ++joint) {
+    bindFromRest[joint] = bindFromRest[joint] * restFrames[joint].inverse();
+  }
+  Eigen::Matrix3Xd vertices = garment.mesh.vertices;
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+    Eigen::Matrix4d blend = Eigen::Matrix4d::Zero();
+    for (SkinningWeights::InnerIterator it(garment.skinningWeights, v); it; ++it) {
+      blend += it.value() * bindFromRest[static_cast<std::size_t>(it.col())].matrix();
+    }
+    // A blend of rotations shrinks volumes by at most its determinant; near 0 it has no inverse.
+    constexpr double kSmallestDeterminant = 0.05;
+    if (blend.topLeftCorner<3, 3>().determinant() > kSmallestDeterminant) {
+      const Eigen::Vector4d rest = blend.inverse() * vertices.col(v).homogeneous();
+      vertices.col(v) = rest.head<3>();
+    }
+  }
+  return vertices;
+}
+
+}  // namespace
+
+OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
+  Eigen::Index numVertices = 0;
+  Eigen::Index numFaces = 0;
+  for (const avatar::Garment& garment : avatar.garments) {
+    numVertices += garment.mesh.numVertices();
+    numFaces += garment.mesh.numFaces();
+  }
+  OuterLayer layer;
+  layer.restVertices.resize(3, numVertices);
+  layer.faces.resize(3, numFaces);
+  std::vector<Eigen::Triplet<double>> weights;
+  Eigen::Index vertex = 0;
+  Eigen::Index face = 0;
+  for (const avatar::Garment& garment : avatar.garments) {
+    const Eigen::Index count = garment.mesh.numVertices();
+    layer.restVertices.middleCols(vertex, count) = unposed(garment, avatar.body);
+    layer.faces.middleCols(face, garment.mesh.numFaces()) =
+        garment.mesh.faces.array() + static_cast<int>(vertex);
+    for (Eigen::Index v = 0; v < count; ++v) {
+      for (SkinningWeights::InnerIterator it(garment.skinningWeights, v); it; ++it) {
+        weights.emplace_back(static_cast<int>(vertex + v), static_cast<int>(it.col()), it.value());
+      }
+    }
+    vertex += count;
+    face += garment.mesh.numFaces();
+  }
+  layer.skinningWeights.resize(numVertices, static_cast<Eigen::Index>(avatar.body.parents.size()));
+  layer.skinningWeights.setFromTriplets(weights.begin(), weights.end());
+  layer.skinningWeights.makeCompressed();
+  return layer;
+}
+
+}  // namespace simulcap

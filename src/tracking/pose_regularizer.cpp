@@ -1,0 +1,117 @@
+#include "src/tracking/pose_regularizer.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace simulcap {
+namespace {
+
+using namespace avatar;
+
+/// Resistance of single axes to leaving 0 [per rad²]: what anatomy allows hardly at all, and what
+/// depth hardly shows.
+Eigen::VectorXd axisStiffness() {
+  Eigen::VectorXd stiffness = Eigen::VectorXd::Zero(TrackingLayout::kTranslation);
+  const auto set = [&](int joint, double x, double y, double z) {
+    stiffness.segment<3>(3 * joint) << x, y, z;
+  };
+  // A knee bends about x, an elbow about y; forearm twist (x) is seen by the hand alone.
+  for (const int knee : {kLeftKnee, kRightKnee}) {
+    set(knee, 0.0, 400.0, 400.0);
+  }
+  for (const int elbow : {kLeftElbow, kRightElbow}) {
+    set(elbow, 20.0, 0.0, 200.0);
+  }
+  for (const int spine : {kSpine1, kSpine2, kSpine3}) {
+    set(spine, 300.0, 300.0, 300.0);
+  }
+  for (const int collar : {kLeftCollar, kRightCollar}) {
+    set(collar, 150.0, 150.0, 80.0);
+  }
+  for (const int joint : {kNeck, kHead}) {
+    set(joint, 30.0, 30.0, 30.0);
+  }
+  for (const int ankle : {kLeftAnkle, kRightAnkle}) {
+    set(ankle, 30.0, 30.0, 30.0);
+  }
+  for (const int wrist : {kLeftWrist, kRightWrist}) {
+    set(wrist, 40.0, 40.0, 40.0);
+  }
+  for (const int foot : {kLeftFoot, kRightFoot}) {
+    set(foot, 1e4, 1e4, 1e4);  // toes: not seen
+  }
+  return stiffness;
+}
+
+/// How firmly a joint holds to its predicted rotation [per rad²].
+Eigen::VectorXd temporalStiffness() {
+  Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(TrackingLayout::kBetas, 20.0);
+  for (const int joint : {kSpine1, kSpine2, kSpine3, kLeftCollar, kRightCollar}) {
+    stiffness.segment<3>(3 * joint).setConstant(80.0);
+  }
+  stiffness.segment<3>(TrackingLayout::kTranslation).setConstant(170.0);  // per m²
+  return stiffness;
+}
+
+}  // namespace
+
+Eigen::Vector3d nearestBranch(const Eigen::Vector3d& axisAngle, const Eigen::Vector3d& reference) {
+  const double angle = axisAngle.norm();
+  if (angle < 1e-6) {
+    return axisAngle;
+  }
+  const Eigen::Vector3d other = axisAngle * (1.0 - 2.0 * std::numbers::pi / angle);
+  return (other - reference).squaredNorm() < (axisAngle - reference).squaredNorm() ? other
+                                                                                   : axisAngle;
+}
+
+PoseRegularizer::PoseRegularizer(PosePrior prior)
+    : prior_(std::move(prior)), limits_(humanJointLimits()) {}
+
+double PoseRegularizer::add(
+    const BodyParameters& parameters,
+    const BodyPose& predicted,
+    const Weights& weights,
+    NormalEquations& equations) const {
+  constexpr int kTracked = TrackingLayout::kTranslation - 3;  // parameters of joints but the root
+  double energy = 0.0;
+
+  const PosePrior::Evaluation prior = prior_.evaluate(parameters.pose);
+  const auto jacobian = prior.jacobian.leftCols<kTracked>();
+  equations.matrix.block<kTracked, kTracked>(3, 3).noalias() +=
+      weights.prior * jacobian.transpose() * jacobian;
+  equations.gradient.segment<kTracked>(3).noalias() +=
+      weights.prior * jacobian.transpose() * prior.residual;
+  energy += weights.prior * prior.energy;
+
+  constexpr double kLimit = 1000.0;  // [per rad²]
+  const JointLimits::Evaluation limits = limits_.evaluate(parameters.pose);
+  equations.matrix.diagonal().segment<kTracked>(3) +=
+      kLimit * limits.jacobianDiagonal.head<kTracked>();
+  equations.gradient.segment<kTracked>(3) += kLimit * limits.residual.head<kTracked>();
+  energy += kLimit * limits.residual.head<kTracked>().squaredNorm();
+
+  static const Eigen::VectorXd kAxes = axisStiffness();
+  const Eigen::VectorXd rotations =
+      parameters.pose.jointRotations.head<TrackingLayout::kTranslation>();
+  equations.matrix.diagonal().head<TrackingLayout::kTranslation>() += kAxes;
+  equations.gradient.head<TrackingLayout::kTranslation>() += kAxes.cwiseProduct(rotations);
+  energy += rotations.cwiseAbs2().dot(kAxes);
+
+  static const Eigen::VectorXd kTemporal = temporalStiffness();
+  Eigen::VectorXd off(TrackingLayout::kBetas);
+  for (int joint = 0; joint < kNumTrackedJoints; ++joint) {
+    const Eigen::Vector3d now = rotations.segment<3>(3 * joint);
+    off.segment<3>(3 * joint) =
+        now - nearestBranch(predicted.jointRotations.segment<3>(3 * joint), now);
+  }
+  off.tail<3>() = parameters.pose.translation - predicted.translation;
+  equations.matrix.diagonal().head<TrackingLayout::kBetas>() += weights.temporal * kTemporal;
+  equations.gradient.head<TrackingLayout::kBetas>() +=
+      weights.temporal * kTemporal.cwiseProduct(off);
+  energy += weights.temporal * off.cwiseAbs2().dot(kTemporal);
+  equations.weightedSquares += energy;
+  return energy;
+}
+
+}  // namespace simulcap

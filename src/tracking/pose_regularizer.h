@@ -1,0 +1,40 @@
+#pragma once
+
+#include "avatar/joint_limits.h"
+#include "avatar/pose_prior.h"
+#include "avatar/skinning_jacobian.h"
+#include "src/tracking/tracked_surface.h"
+
+#include <Eigen/Core>
+
+namespace simulcap {
+
+/// What is known of a pose without looking: E_pri (mixture prior, joint limits, knees and elbows
+/// that are hinges, the stiff spine) and closeness to where the motion leads. All residuals are in
+/// radians and metres.
+class PoseRegularizer {
+ public:
+  explicit PoseRegularizer(avatar::PosePrior prior);
+
+  struct Weights {
+    double prior = 0.01;    ///< λ_pri
+    double temporal = 1.0;  ///< how firmly the prediction holds, ≥ 0; 0: there is none
+  };
+
+  /// Adds the gradient and Gauss–Newton matrix at `parameters`; returns the energy there. The
+  /// equations are in TrackingLayout; `predicted` has the same branch of axis-angle or another.
+  double add(
+      const BodyParameters& parameters,
+      const avatar::BodyPose& predicted,
+      const Weights& weights,
+      avatar::NormalEquations& equations) const;
+
+ private:
+  avatar::PosePrior prior_;
+  avatar::JointLimits limits_;
+};
+
+/// The axis-angle vector of the same rotation that is nearest to `reference`.
+Eigen::Vector3d nearestBranch(const Eigen::Vector3d& axisAngle, const Eigen::Vector3d& reference);
+
+}  // namespace simulcap

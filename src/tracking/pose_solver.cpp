@@ -1,0 +1,167 @@
+#include "src/tracking/pose_solver.h"
+
+#include "src/tracking/surface_visibility.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+
+namespace simulcap {
+namespace {
+
+using avatar::NormalEquations;
+
+/// Of the data term against λ_pri and the joints' stiffnesses: a limb's hundred samples 2 cm off
+/// weigh as much as its joint half a radian away from where it was expected. Neighbouring pixels
+/// err together, so a sample counts far less than the depth's noise alone would allow.
+constexpr double kDataUnit = 20.0;
+
+double between(double first, double last, int step, int steps) {
+  return steps <= 1 ? last
+                    : first * std::pow(last / first, static_cast<double>(step) / (steps - 1));
+}
+
+/// Feet don't go through the floor, and the one that stands on it stays there.
+void addFloor(
+    const TrackedSurface& surface,
+    const PosedSamples& posed,
+    double floorHeight,
+    std::vector<SurfaceConstraint>& constraints) {
+  constexpr double kContact = 0.03;  // [m]
+  constexpr double kWeight = 4.0;
+  int lowest[2] = {-1, -1};
+  for (std::size_t s = 0; s < surface.samples().size(); ++s) {
+    const TrackedSurface::Sample& sample = surface.samples()[s];
+    const int joint = sample.joint;
+    const bool left = joint == avatar::kLeftFoot || joint == avatar::kLeftAnkle;
+    if (sample.cloth || (!left && joint != avatar::kRightFoot && joint != avatar::kRightAnkle)) {
+      continue;
+    }
+    const int index = static_cast<int>(s);
+    const double height = posed.positions(1, index) - floorHeight;
+    if (height < 0.0) {
+      constraints.push_back({index, Eigen::Vector3d::UnitY(), height, kWeight});
+    }
+    int& best = lowest[left ? 0 : 1];
+    if (best < 0 || posed.positions(1, index) < posed.positions(1, best)) {
+      best = index;
+    }
+  }
+  for (const int index : lowest) {
+    const double height = index < 0 ? 1.0 : posed.positions(1, index) - floorHeight;
+    if (height >= 0.0 && height < kContact) {
+      constraints.push_back({index, Eigen::Vector3d::UnitY(), height, kWeight});
+    }
+  }
+}
+
+/// The Schur complement of the pose.
+Eigen::MatrixXd marginalBetas(const Eigen::MatrixXd& lower) {
+  constexpr int kPose = TrackingLayout::kBetas;
+  const Eigen::Index numBetas = lower.rows() - kPose;
+  const Eigen::MatrixXd full = lower.selfadjointView<Eigen::Lower>();
+  const Eigen::MatrixXd cross = full.bottomLeftCorner(numBetas, kPose);
+  const Eigen::MatrixXd pose = full.topLeftCorner<kPose, kPose>();
+  return full.bottomRightCorner(numBetas, numBetas) - cross * pose.ldlt().solve(cross.transpose());
+}
+
+/// −H⁻¹ g, with steps limited to what the linearization can be trusted for.
+Eigen::VectorXd limitedStep(const NormalEquations& equations) {
+  constexpr double kMaxRotation = 0.35;  // [rad]
+  constexpr double kMaxShift = 0.15;     // [m]
+  constexpr double kMaxBeta = 0.7;
+  const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> factor(equations.matrix);
+  Eigen::VectorXd step = factor.solve(equations.gradient);
+  step = -step;
+  if (!step.allFinite()) {
+    return Eigen::VectorXd::Zero(step.size());
+  }
+  for (Eigen::Index i = 0; i < TrackingLayout::kBetas; i += 3) {
+    const double limit = i == TrackingLayout::kTranslation ? kMaxShift : kMaxRotation;
+    const double length = step.segment<3>(i).norm();
+    if (length > limit) {
+      step.segment<3>(i) *= limit / length;
+    }
+  }
+  for (Eigen::Index i = TrackingLayout::kBetas; i < step.size(); ++i) {
+    step[i] = std::clamp(step[i], -kMaxBeta, kMaxBeta);
+  }
+  return step;
+}
+
+void holdAllButRoot(NormalEquations& equations) {
+  constexpr int kCount = TrackingLayout::kTranslation - 3;
+  equations.matrix.diagonal().segment<kCount>(3).array() += 1e12;
+}
+
+void apply(const Eigen::VectorXd& step, BodyParameters& parameters) {
+  for (int i = 0; i < TrackingLayout::kTranslation; ++i) {
+    parameters.pose.jointRotations[i] += step[i];
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    parameters.pose.translation[axis] += step[TrackingLayout::kTranslation + axis];
+  }
+  const Eigen::Index numBetas = step.size() - TrackingLayout::kBetas;
+  if (numBetas > 0) {
+    constexpr double kMost = 5.0;  // standard deviations: nobody is further from the mean
+    for (Eigen::Index b = 0; b < numBetas; ++b) {
+      parameters.betas[b] =
+          std::clamp(parameters.betas[b] + step[TrackingLayout::kBetas + b], -kMost, kMost);
+    }
+  }
+}
+
+}  // namespace
+
+PoseSolution solvePose(
+    const TrackedSurface& surface,
+    const PoseRegularizer& regularizer,
+    const DepthView& view,
+    const BodyParameters& start,
+    const PoseSolverOptions& options,
+    const std::optional<BetaKnowledge>& betas) {
+  PoseSolution solution{.parameters = start};
+  for (int i = 0; i < options.iterations; ++i) {
+    constexpr int kVisibilityPeriod = 3;
+    if (i % kVisibilityPeriod == 0) {
+      solution.visible = visibleSamples(surface, solution.parameters, view.camera());
+    }
+    const PosedSamples posed = surface.pose(solution.parameters, betas.has_value());
+    const MatchOptions match{
+        .gate = between(options.firstGate, options.lastGate, i, options.iterations),
+        .robustScale =
+            between(options.firstRobustScale, options.lastRobustScale, i, options.iterations),
+        .dataWeight = options.dataWeight,
+        .interWeight =
+            i < options.firstInterIterations ? options.firstInterWeight : options.laterInterWeight,
+        .clothOffset = options.clothOffset};
+    std::vector<SurfaceConstraint> constraints =
+        depthMatches(surface, posed, solution.visible, view, match);
+    if (options.floorHeight) {
+      addFloor(surface, posed, *options.floorHeight, constraints);
+    }
+    for (SurfaceConstraint& constraint : constraints) {
+      constraint.weight *= kDataUnit;
+    }
+    NormalEquations equations = treeEquations(surface, posed, constraints);
+    regularizer.add(solution.parameters, start.pose, options.regularization, equations);
+    if (betas) {
+      const Eigen::Index numBetas = surface.numBetas();
+      if (i + 1 == options.iterations) {
+        solution.betaInformation = marginalBetas(equations.matrix);
+      }
+      equations.matrix.bottomRightCorner(numBetas, numBetas) += betas->information;
+      equations.gradient.tail(numBetas) +=
+          betas->information * (solution.parameters.betas - betas->mean);
+    }
+    if (options.rootOnly) {
+      holdAllButRoot(equations);
+    }
+    equations.matrix.diagonal().array() += 1e-6;
+    apply(limitedStep(equations), solution.parameters);
+  }
+  return solution;
+}
+
+}  // namespace simulcap

@@ -1,0 +1,97 @@
+#pragma once
+
+#include "avatar/skinning.h"
+#include "src/tracking/outer_layer.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace simulcap {
+
+/// Joints that are tracked: SMPL's without the two hands, which depth doesn't show, and which other
+/// models of the family have elsewhere.
+inline constexpr int kNumTrackedJoints = 22;
+
+/// What is looked for in depth: pose and the first betas.
+struct BodyParameters {
+  avatar::BodyPose pose;  ///< 24 joints
+  Eigen::VectorXd betas;  ///< B
+};
+
+/// Where the parameters stand in the solver's vector: 66 of the tracked joints (axis-angle), 3 of
+/// the translation, B betas.
+struct TrackingLayout {
+  static constexpr int kTranslation = 3 * kNumTrackedJoints;
+  static constexpr int kBetas = kTranslation + 3;
+};
+
+/// The samples of the surface in one pose.
+struct PosedSamples {
+  Eigen::Matrix3Xd positions;   ///< 3 × N [m], world
+  Eigen::Matrix3Xd normals;     ///< 3 × N, unit, outward
+  Eigen::Matrix3Xd rest;        ///< 3 × N [m]: shaped, with pose blend shapes, not skinned
+  Eigen::Matrix3Xd restJoints;  ///< 3 × J [m]
+  std::vector<Eigen::Isometry3d> worldFromJoint;  ///< J
+  /// 22 entries: column c is the world's angular velocity of the joint's subtree per unit of θ_c.
+  std::vector<Eigen::Matrix3d> angularVelocities;
+  std::vector<Eigen::Matrix3Xd> jointShapeDerivatives;  ///< J entries: ∂g_k/∂β, 3 × B; or empty
+};
+
+/// The surface that depth is compared with: the body and, when known, the clothes that move with
+/// it. A subset of its vertices, spread evenly, stands for it.
+class TrackedSurface {
+ public:
+  struct Sample {
+    int vertex = 0;      ///< of model()
+    int joint = 0;       ///< that carries most of it, a tracked one
+    bool cloth = false;  ///< on the outer layer
+    /// How likely the skin is bare here when nobody labelled the cloth, in [0, 1].
+    double bareness = 0.0;
+  };
+
+  /// Throws std::invalid_argument unless the body is of SMPL's family and the layer has its joints.
+  TrackedSurface(const avatar::BodyModel& body, int numSamples, const OuterLayer* layer = nullptr);
+  TrackedSurface(const TrackedSurface&) = delete;
+  TrackedSurface& operator=(const TrackedSurface&) = delete;
+  TrackedSurface(TrackedSurface&&) = delete;
+  TrackedSurface& operator=(TrackedSurface&&) = delete;
+  ~TrackedSurface() = default;
+
+  /// Body and clothes as one model: the body's vertices first.
+  const avatar::BodyModel& model() const { return whole_; }
+
+  int numBodyVertices() const { return numBodyVertices_; }
+
+  int numBodyFaces() const { return numBodyFaces_; }
+
+  int numBetas() const { return numBetas_; }
+
+  const std::vector<Sample>& samples() const { return samples_; }
+
+  /// The part of model() that is sampled; one vertex per sample.
+  const avatar::BodyModel& sampledModel() const { return sampled_; }
+
+  /// ∂J_k/∂β at rest, J entries, 3 × B.
+  const std::vector<Eigen::Matrix3Xd>& restJointShapeDerivatives() const {
+    return restJointShapeDerivatives_;
+  }
+
+  PosedSamples pose(const BodyParameters& parameters, bool withShapeDerivatives) const;
+
+  /// All vertices of model() [m].
+  Eigen::Matrix3Xd posedVertices(const BodyParameters& parameters) const;
+
+ private:
+  avatar::ShapedBody shapedSamples(const Eigen::VectorXd& betas) const;
+
+  avatar::BodyModel whole_, sampled_;
+  int numBodyVertices_ = 0, numBodyFaces_ = 0, numBetas_ = 0;
+  std::vector<Sample> samples_;
+  Eigen::Matrix3Xd restNormals_;     // 3 × N, of the mean shape
+  Eigen::Matrix3Xd templateJoints_;  // 3 × J
+  std::vector<Eigen::Matrix3Xd> restJointShapeDerivatives_;
+  avatar::Skinning wholeSkinning_, sampledSkinning_;
+};
+
+}  // namespace simulcap

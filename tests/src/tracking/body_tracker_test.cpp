@@ -1,0 +1,195 @@
+#include "src/tracking/body_tracker.h"
+
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/skinning.h"
+#include "tests/src/tracking/rendered_body.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace simulcap {
+namespace {
+
+using avatar::BodyPose;
+
+Eigen::VectorXd meanShape() {
+  return Eigen::VectorXd::Zero(avatar::defaultBody().numBetas());
+}
+
+/// Mean distance of the joints that depth shows [m].
+double jointError(const BodyPose& a, const BodyPose& b, int numJoints = 22) {
+  const auto& model = avatar::defaultBody();
+  const Eigen::Matrix3Xd first = avatar::posedBody(model, meanShape(), a).joints;
+  const Eigen::Matrix3Xd second = avatar::posedBody(model, meanShape(), b).joints;
+  return (first - second).leftCols(numJoints).colwise().norm().mean();
+}
+
+/// An arm that is lifted and a slow turn, t in seconds.
+BodyPose movingPose(double t) {
+  BodyPose pose = avatar::aPose();
+  pose.jointRotations[1] = 0.5 * t;
+  pose.jointRotations[3 * avatar::kLeftShoulder + 2] += 1.2 * t;
+  pose.jointRotations[3 * avatar::kRightElbow + 1] = 0.8 * t;
+  pose.translation.x() = 0.1 * t;
+  return pose;
+}
+
+DepthCloud cloudAt(double t, const avatar::Camera& camera) {
+  return test::renderedCloud(avatar::defaultBody(), meanShape(), movingPose(t), camera);
+}
+
+BodyTracker shapedTracker(const avatar::Camera& camera) {
+  TrackerOptions options;
+  options.numSamples = 800;
+  options.numDepthSamples = 600;
+  BodyTracker tracker(avatar::defaultBody(), camera, options);
+  tracker.setBetas(meanShape());
+  return tracker;
+}
+
+/// A tracker that believes `pose` was seen a frame ago.
+BodyTracker trackerAt(const BodyPose& pose, const avatar::Camera& camera) {
+  BodyTracker tracker = shapedTracker(camera);
+  TrackerState state = tracker.state();
+  state.framesTracked = 1;
+  state.pose = pose;
+  state.before = pose;
+  state.timestampBefore = -1.0;
+  tracker.restore(state);
+  return tracker;
+}
+
+constexpr double kFrame = 1.0 / 30.0;
+
+TEST(BodyTracker, RecoversFrom15DegreesAnd5Centimetres) {
+  const avatar::Camera camera = test::smallCamera();
+  const BodyPose truth = movingPose(0.5);
+  BodyPose start = truth;
+  constexpr double kPerturbation = 15.0 * 3.14159265358979 / 180.0;
+  start.jointRotations[1] += kPerturbation;
+  start.jointRotations[3 * avatar::kLeftShoulder + 2] -= kPerturbation;
+  start.jointRotations[3 * avatar::kRightShoulder + 1] += kPerturbation;
+  start.jointRotations[3 * avatar::kLeftHip] -= kPerturbation;
+  start.translation += Eigen::Vector3d(0.03, 0.0, 0.04);
+  BodyTracker tracker = trackerAt(start, camera);
+  const double before = jointError(start, truth);
+  TrackedBody tracked;
+  for (int i = 1; i <= 4; ++i) {
+    tracked = tracker.track(cloudAt(0.5, camera), i * kFrame);
+  }
+  EXPECT_EQ(tracked.status, TrackingStatus::kTracked);
+  // One pixel is 1 cm here; twists and the far side are known from the prior alone.
+  EXPECT_LT(jointError(tracked.pose, truth), 0.03);
+  EXPECT_LT(jointError(tracked.pose, truth), 0.5 * before);
+}
+
+TEST(BodyTracker, StartsByItselfAndFollows) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker tracker = shapedTracker(camera);
+  double worst = 0.0;
+  for (int i = 0; i < 12; ++i) {
+    const double t = i * kFrame;
+    const TrackedBody tracked = tracker.track(cloudAt(t, camera), t);
+    EXPECT_EQ(tracked.status, TrackingStatus::kTracked) << i;
+    worst = std::max(worst, jointError(tracked.pose, movingPose(t)));
+  }
+  EXPECT_LT(worst, 0.035);  // as above
+}
+
+TEST(BodyTracker, SameFramesGiveTheSameBits) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker first = trackerAt(movingPose(0.0), camera);
+  BodyTracker second = trackerAt(movingPose(0.0), camera);
+  for (int i = 1; i <= 3; ++i) {
+    const DepthCloud cloud = cloudAt(i * kFrame, camera);
+    const TrackedBody a = first.track(cloud, i * kFrame);
+    const TrackedBody b = second.track(cloud, i * kFrame);
+    EXPECT_EQ(a.pose.jointRotations, b.pose.jointRotations);
+    EXPECT_EQ(a.pose.translation, b.pose.translation);
+  }
+}
+
+TEST(BodyTracker, GoesOnFromARestoredState) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker first = trackerAt(movingPose(0.0), camera);
+  first.track(cloudAt(kFrame, camera), kFrame);
+  BodyTracker second = shapedTracker(camera);
+  second.restore(first.state());
+  const DepthCloud cloud = cloudAt(2 * kFrame, camera);
+  EXPECT_EQ(
+      first.track(cloud, 2 * kFrame).pose.jointRotations,
+      second.track(cloud, 2 * kFrame).pose.jointRotations);
+}
+
+TEST(BodyTracker, SurvivesBlankFrames) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker tracker = trackerAt(movingPose(0.0), camera);
+  int i = 1;
+  for (; i <= 3; ++i) {
+    tracker.track(cloudAt(i * kFrame, camera), i * kFrame);
+  }
+  for (; i <= 8; ++i) {
+    const TrackedBody blank = tracker.track(test::emptyCloud(camera), i * kFrame);
+    EXPECT_EQ(blank.status, TrackingStatus::kLost);
+    EXPECT_EQ(blank.jointConfidence[avatar::kHead], 0.0);
+    EXPECT_TRUE(blank.pose.jointRotations.allFinite());
+  }
+  TrackedBody tracked = tracker.track(cloudAt(i * kFrame, camera), i * kFrame);
+  EXPECT_EQ(tracked.status, TrackingStatus::kRecovered);
+  for (++i; i <= 13; ++i) {
+    tracked = tracker.track(cloudAt(i * kFrame, camera), i * kFrame);
+    EXPECT_EQ(tracked.status, TrackingStatus::kTracked);
+  }
+  EXPECT_LT(jointError(tracked.pose, movingPose((i - 1) * kFrame)), 0.03);
+}
+
+TEST(BodyTracker, HasNothingToSayBeforeThereIsAPerson) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker tracker = shapedTracker(camera);
+  EXPECT_EQ(tracker.track(test::emptyCloud(camera), 0.0).status, TrackingStatus::kLost);
+  EXPECT_EQ(tracker.state().framesTracked, 0);
+}
+
+TEST(BodyTracker, LeavesUnseenLegsAtRest) {
+  avatar::Camera camera = test::smallCamera();
+  camera.cameraFromWorld =
+      avatar::lookAt(Eigen::Vector3d(0.0, 0.4, 1.2), Eigen::Vector3d(0.0, 0.4, 0.0));
+  const BodyPose truth = avatar::aPose();
+  const DepthCloud cloud = test::renderedCloud(avatar::defaultBody(), meanShape(), truth, camera);
+  BodyTracker tracker = shapedTracker(camera);
+  TrackedBody tracked;
+  for (int i = 0; i < 4; ++i) {
+    tracked = tracker.track(cloud, i * kFrame);
+  }
+  EXPECT_EQ(tracked.status, TrackingStatus::kTracked);
+  EXPECT_EQ(tracked.jointConfidence[avatar::kLeftAnkle], 0.0);
+  EXPECT_GT(tracked.jointConfidence[avatar::kHead], 0.5);
+  // Nothing bends what nothing shows: the prior's and the start's standing legs, within 20°.
+  for (const int joint : {avatar::kLeftKnee, avatar::kRightKnee, avatar::kLeftAnkle}) {
+    EXPECT_LT(tracked.pose.jointRotations.segment<3>(3 * joint).norm(), 0.35) << joint;
+  }
+}
+
+TEST(BodyTracker, RefusesWhatDoesNotFit) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker tracker = trackerAt(movingPose(0.0), camera);
+  avatar::Camera other = camera;
+  other.width = 100;
+  EXPECT_THROW(tracker.track(test::emptyCloud(other), 1.0), std::invalid_argument);
+  tracker.track(test::emptyCloud(camera), 1.0);
+  EXPECT_THROW(tracker.track(test::emptyCloud(camera), 1.0), std::invalid_argument);
+  EXPECT_THROW(tracker.setBetas(Eigen::VectorXd::Zero(1000)), std::invalid_argument);
+}
+
+TEST(TrackerOptions, NamesWhatIsOutOfRange) {
+  TrackerOptions options;
+  options.iterations = 0;
+  EXPECT_THROW(options.validate(), std::invalid_argument);
+  options = {};
+  options.lastGate = 0.5;  // wider than the first
+  EXPECT_THROW(options.validate(), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace simulcap

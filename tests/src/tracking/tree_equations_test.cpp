@@ -1,0 +1,88 @@
+#include "src/tracking/tree_equations.h"
+
+#include "avatar/default_body/embedded_body.h"
+#include "tests/support/gradient_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace simulcap {
+namespace {
+
+/// The built-in body without pose blend shapes, whose derivative the tree leaves out.
+avatar::BodyModel rigidlySkinnedBody() {
+  avatar::BodyModel model = avatar::defaultBody();
+  for (Eigen::MatrixXf& block : model.poseDirections) {
+    block.resize(0, 0);
+  }
+  return model;
+}
+
+BodyParameters bentBody(const TrackedSurface& surface) {
+  BodyParameters parameters;
+  for (int i = 0; i < TrackingLayout::kTranslation; ++i) {
+    parameters.pose.jointRotations[i] = 0.3 * std::sin(1.7 * i + 0.4);
+  }
+  parameters.pose.translation << 0.3, 0.9, -0.2;
+  parameters.betas = Eigen::VectorXd::LinSpaced(surface.numBetas(), -1.0, 1.0);
+  return parameters;
+}
+
+std::vector<SurfaceConstraint> someConstraints(const TrackedSurface& surface) {
+  std::vector<SurfaceConstraint> constraints;
+  for (int i = 0; i < static_cast<int>(surface.samples().size()); i += 7) {
+    const Eigen::Vector3d direction(std::sin(i), std::cos(2.0 * i), std::sin(3.0 * i + 1.0));
+    constraints.push_back({i, direction.normalized(), 0.01 * std::cos(i), 0.5 + 0.01 * (i % 50)});
+  }
+  return constraints;
+}
+
+BodyParameters shifted(BodyParameters parameters, const Eigen::VectorXd& x) {
+  parameters.pose.jointRotations.head<TrackingLayout::kTranslation>() =
+      x.head<TrackingLayout::kTranslation>();
+  parameters.pose.translation = x.segment<3>(TrackingLayout::kTranslation);
+  parameters.betas = x.tail(x.size() - TrackingLayout::kBetas);
+  return parameters;
+}
+
+TEST(TreeEquations, AreTheNormalEquationsOfTheFiniteDifferences) {
+  const avatar::BodyModel model = rigidlySkinnedBody();
+  const TrackedSurface surface(model, 300);
+  const BodyParameters parameters = bentBody(surface);
+  const auto constraints = someConstraints(surface);
+  Eigen::VectorXd x(TrackingLayout::kBetas + surface.numBetas());
+  x << parameters.pose.jointRotations.head<TrackingLayout::kTranslation>(),
+      parameters.pose.translation, parameters.betas;
+  const auto movements = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+    const PosedSamples posed = surface.pose(shifted(parameters, at), false);
+    Eigen::VectorXd values(static_cast<Eigen::Index>(constraints.size()));
+    for (std::size_t i = 0; i < constraints.size(); ++i) {
+      values[static_cast<Eigen::Index>(i)] =
+          constraints[i].direction.dot(posed.positions.col(constraints[i].sample));
+    }
+    return values;
+  };
+  const Eigen::MatrixXd rows = avatar::test::numericJacobian(movements, x);
+  Eigen::VectorXd weights(rows.rows());
+  Eigen::VectorXd residuals(rows.rows());
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    weights[static_cast<Eigen::Index>(i)] = constraints[i].weight;
+    residuals[static_cast<Eigen::Index>(i)] = constraints[i].residual;
+  }
+  const auto equations = treeEquations(surface, surface.pose(parameters, true), constraints);
+  const Eigen::MatrixXd expected = rows.transpose() * weights.asDiagonal() * rows;
+  const Eigen::MatrixXd lower = expected.triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd found = equations.matrix.triangularView<Eigen::Lower>();
+  // 1e-8: the numeric derivative's error, 1e-11, times entries of up to some hundred.
+  EXPECT_LT((found - lower).cwiseAbs().maxCoeff(), 1e-8 * (1.0 + lower.cwiseAbs().maxCoeff()));
+  const Eigen::VectorXd gradient = rows.transpose() * weights.cwiseProduct(residuals);
+  EXPECT_LT((equations.gradient - gradient).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_NEAR(
+      equations.weightedSquares,
+      residuals.cwiseAbs2().dot(weights),
+      1e-12);  // sums of the same numbers
+}
+
+}  // namespace
+}  // namespace simulcap
