@@ -127,6 +127,19 @@ bool isOnFloor(const LimbSearch& search, int cell) {
   return floor && floor->distance(point) < planeTolerance(*floor, point);
 }
 
+/// The wall seen between the legs or under an arm is no limb.
+bool isWall(const LimbSearch& search, int id) {
+  const Component& piece = search.components.pieces[id];
+  const auto onWall = [&](const Plane& wall) {
+    const auto near = std::count_if(piece.cells.begin(), piece.cells.end(), [&](int cell) {
+      const Eigen::Vector3f point = search.coarse.points.col(cell);
+      return std::abs(wall.distance(point)) < planeTolerance(wall, point);
+    });
+    return 2 * near > std::ssize(piece.cells);
+  };
+  return std::any_of(search.layout.walls.begin(), search.layout.walls.end(), onWall);
+}
+
 Contact contactOf(const LimbSearch& search, int id) {
   const CoarseDepth& coarse = search.coarse;
   constexpr float kNear = 0.12F;  // [m]
@@ -164,27 +177,26 @@ bool isLimb(const Component& piece, const Contact& contact) {
   return floating || joined;
 }
 
-/// A wall is one piece of a plane, larger than any person: at least 1 m² and 1 m wide.
-std::vector<float> wallDepth(
-    const CoarseDepth& coarse, const std::vector<Plane>& planes, const Eigen::Vector3f& up) {
+/// Marks the pieces of a plane that are larger than any person, at least 1 m² and 1 m wide; whether
+/// there is one. Planes also cut through several things that merely stand in line.
+bool markWall(const CoarseDepth& coarse, const Plane& plane, SceneLayout& layout) {
   constexpr float kMinArea = 1.0F;   // [m²]
   constexpr float kMinWidth = 1.0F;  // [m]
-  std::vector<float> result(coarse.size(), 0.0F);
-  for (const Plane& plane : planes) {
-    std::vector<std::uint8_t> onPlane(coarse.size(), 0);
-    for (int cell = 0; cell < coarse.size(); ++cell) {
-      const Eigen::Vector3f point = coarse.points.col(cell);
-      onPlane[cell] = std::abs(plane.distance(point)) <= planeTolerance(plane, point) ? 1 : 0;
-    }
-    for (const Component& piece : connectedComponents(coarse, onPlane).pieces) {
-      const Eigen::Vector3f along = up.cross(plane.normal).normalized();
-      if (piece.area < kMinArea || extentAlong(coarse, piece, along) < kMinWidth)
-        continue;
-      for (const int cell : piece.cells)
-        result[cell] = coarse.depth[cell];
-    }
+  std::vector<std::uint8_t> onPlane(coarse.size(), 0);
+  for (int cell = 0; cell < coarse.size(); ++cell) {
+    const Eigen::Vector3f point = coarse.points.col(cell);
+    onPlane[cell] = std::abs(plane.distance(point)) <= planeTolerance(plane, point) ? 1 : 0;
   }
-  return result;
+  const Eigen::Vector3f along = layout.up.cross(plane.normal).normalized();
+  bool marked = false;
+  for (const Component& piece : connectedComponents(coarse, onPlane).pieces) {
+    if (piece.area < kMinArea || extentAlong(coarse, piece, along) < kMinWidth)
+      continue;
+    marked = true;
+    for (const int cell : piece.cells)
+      layout.wallDepth[cell] = coarse.depth[cell];
+  }
+  return marked;
 }
 
 }  // namespace
@@ -201,8 +213,11 @@ SceneLayout findLayout(const CoarseDepth& coarse, const std::optional<Eigen::Vec
   layout.floor = findFloor(scene, options);
   if (layout.floor)
     layout.up = layout.floor->normal;
-  layout.wallDepth =
-      wallDepth(coarse, findUprightPlanes(scene, layout.up, layout.floor), layout.up);
+  layout.wallDepth.assign(coarse.size(), 0.0F);
+  for (const Plane& plane : findUprightPlanes(scene, layout.up, layout.floor)) {
+    if (markWall(coarse, plane, layout))
+      layout.walls.push_back(plane);
+  }
   return layout;
 }
 
@@ -245,7 +260,8 @@ std::vector<std::uint8_t> withLimbs(
     std::vector<int> limbs;
     for (int id = 0; id < static_cast<int>(components.pieces.size()); ++id) {
       const Component& piece = components.pieces[id];
-      if (person[piece.cells.front()] == 0 && isLimb(piece, contactOf(search, id)))
+      if (person[piece.cells.front()] == 0 && isLimb(piece, contactOf(search, id)) &&
+          !isWall(search, id))
         limbs.push_back(id);
     }
     for (const int id : limbs) {

@@ -13,7 +13,8 @@ namespace simulcap {
 struct SceneLayout {
   Eigen::Vector3f up = {0.0F, -1.0F, 0.0F};
   std::optional<Plane> floor;
-  std::vector<float> wallDepth;  ///< per cell: depth of the wall seen there [m]; 0 = none
+  std::vector<Plane> walls;      ///< that have at least one piece larger than any person
+  std::vector<float> wallDepth;  ///< per cell: depth of such a piece there [m]; 0 = none
 };
 
 /// `given`: where up is if that is known, a unit vector in the camera's frame.

@@ -142,6 +142,15 @@ TEST(DepthPreparation, KeepsToTheOnePersonWhenAnotherWalksBy) {
   }
 }
 
+TEST(DepthPreparation, PersonCloseToTheWall) {
+  for (const double wall : {-0.3, -0.6}) {  // the back reaches to −0.15
+    const Room room = roomWithPerson(wall);
+    const auto seen = picture(room);
+    const DepthCloud cloud = DepthPreparation(room.camera)(seen.frame);
+    EXPECT_GT(maskIou(seen, cloud.person), kMinIou) << "also without the wall between the legs";
+  }
+}
+
 TEST(DepthPreparation, HalfBodyWithoutFloor) {
   Room room{.camera = roomCamera()};
   room.camera.cameraFromWorld = avatar::lookAt({0.0, 1.3, 1.1}, {0.0, 1.3, 0.0});
