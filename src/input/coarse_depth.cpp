@@ -49,6 +49,50 @@ Eigen::Vector3f cellNormal(const CoarseDepth& coarse, int cell) {
   return down.cross(across).normalized();
 }
 
+/// The piece around a seed; enters its cells into `known` under the next free number.
+Component grownPiece(
+    const CoarseDepth& coarse,
+    const std::vector<std::uint8_t>& wanted,
+    int seed,
+    Components& known) {
+  const int id = static_cast<int>(known.pieces.size());
+  Component piece;
+  piece.cells.push_back(seed);
+  known.pieceOfCell[seed] = id;
+  for (std::size_t next = 0; next < piece.cells.size(); ++next) {
+    const int cell = piece.cells[next];
+    const float z = coarse.depth[cell];
+    piece.area += coarse.area(cell);
+    piece.min = piece.min.cwiseMin(coarse.points.col(cell));
+    piece.max = piece.max.cwiseMax(coarse.points.col(cell));
+    forNeighbours(coarse, cell, [&](int n) {
+      const float zn = coarse.depth[n];
+      const bool joined = wanted[n] != 0 && zn > 0.0F && known.pieceOfCell[n] < 0 &&
+                          std::abs(zn - z) <= coarseJump(coarse, std::min(z, zn));
+      if (joined) {
+        known.pieceOfCell[n] = id;
+        piece.cells.push_back(n);
+      }
+    });
+  }
+  return piece;
+}
+
+/// Hands the depths of a front of cells on to their neighbours without any, the next front.
+std::vector<int> spread(
+    const CoarseDepth& coarse, const std::vector<int>& front, std::vector<float>& depth) {
+  std::vector<int> next;
+  for (const int cell : front) {
+    forNeighbours(coarse, cell, [&](int n) {
+      if (depth[n] == 0.0F) {
+        depth[n] = depth[cell];
+        next.push_back(n);
+      }
+    });
+  }
+  return next;
+}
+
 }  // namespace
 
 CoarseDepth coarseDepth(const std::vector<float>& depth, const avatar::Camera& camera) {
@@ -99,29 +143,8 @@ Components connectedComponents(const CoarseDepth& coarse, const std::vector<std:
   Components result;
   result.pieceOfCell.assign(coarse.size(), -1);
   for (int seed = 0; seed < coarse.size(); ++seed) {
-    if (wanted[seed] == 0 || coarse.depth[seed] <= 0.0F || result.pieceOfCell[seed] >= 0)
-      continue;
-    const int id = static_cast<int>(result.pieces.size());
-    Component piece;
-    piece.cells.push_back(seed);
-    result.pieceOfCell[seed] = id;
-    for (std::size_t next = 0; next < piece.cells.size(); ++next) {
-      const int cell = piece.cells[next];
-      const float z = coarse.depth[cell];
-      piece.area += coarse.area(cell);
-      piece.min = piece.min.cwiseMin(coarse.points.col(cell));
-      piece.max = piece.max.cwiseMax(coarse.points.col(cell));
-      forNeighbours(coarse, cell, [&](int n) {
-        const float zn = coarse.depth[n];
-        const bool joined = wanted[n] != 0 && zn > 0.0F && result.pieceOfCell[n] < 0 &&
-                            std::abs(zn - z) <= coarseJump(coarse, std::min(z, zn));
-        if (joined) {
-          result.pieceOfCell[n] = id;
-          piece.cells.push_back(n);
-        }
-      });
-    }
-    result.pieces.push_back(std::move(piece));
+    if (wanted[seed] != 0 && coarse.depth[seed] > 0.0F && result.pieceOfCell[seed] < 0)
+      result.pieces.push_back(grownPiece(coarse, wanted, seed, result));
   }
   return result;
 }
@@ -136,18 +159,8 @@ std::vector<float> depthAround(
       front.push_back(cell);
     }
   }
-  for (int ring = 0; ring < reach; ++ring) {
-    std::vector<int> next;
-    for (const int cell : front) {
-      forNeighbours(coarse, cell, [&](int n) {
-        if (result[n] == 0.0F) {
-          result[n] = result[cell];
-          next.push_back(n);
-        }
-      });
-    }
-    front = std::move(next);
-  }
+  for (int ring = 0; ring < reach; ++ring)
+    front = spread(coarse, front, result);
   return result;
 }
 

@@ -2,6 +2,8 @@
 
 #include "src/input/depth_noise.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
@@ -9,19 +11,44 @@
 namespace simulcap {
 namespace {
 
-/// The image with a border of one pixel without depth, and without values out of range.
-std::vector<float> padded(
-    const std::vector<float>& depth, int width, int height, const DepthCleaningOptions& options) {
-  const std::ptrdiff_t stride = width + 2;
-  std::vector<float> result(static_cast<std::size_t>(stride * (height + 2)), 0.0F);
-  for (std::ptrdiff_t y = 0; y < height; ++y) {
-    const float* from = &depth[static_cast<std::size_t>(y * width)];
-    float* to = &result[static_cast<std::size_t>((y + 1) * stride + 1)];
-    for (int x = 0; x < width; ++x)  // comparisons with NaN are false
-      to[x] = from[x] >= options.minDepth && from[x] <= options.maxDepth ? from[x] : 0.0F;
+/// Three rows of the image around the one being cleaned, each with a pixel without depth at both
+/// ends, and without values out of range.
+class RowWindow {
+ public:
+  RowWindow(
+      const std::vector<float>& depth, int width, int height, const DepthCleaningOptions& options)
+      : depth_(depth), width_(width), height_(height), options_(options) {
+    for (std::vector<float>& row : rows_)
+      row.assign(static_cast<std::size_t>(width) + 2, 0.0F);
   }
-  return result;
-}
+
+  /// Reads row y in place of row y − 3; without depth outside of the image.
+  void read(int y) {
+    float* to = row(y);
+    if (y < 0 || y >= height_) {
+      std::fill(to, to + width_, 0.0F);
+      return;
+    }
+    const float* from = depth_.data() + static_cast<std::ptrdiff_t>(y) * width_;
+    const float nearest = options_.minDepth;
+    const float farthest = options_.maxDepth;
+    for (int x = 0; x < width_; ++x)  // comparisons with NaN are false
+      to[x] = from[x] >= nearest && from[x] <= farthest ? from[x] : 0.0F;
+  }
+
+  /// The first pixel of one of the last three rows that were read; y ≥ −1.
+  float* row(int y) {
+    const std::size_t slot = y + 1;
+    return rows_[slot % rows_.size()].data() + 1;
+  }
+
+ private:
+  const std::vector<float>& depth_;
+  int width_;
+  int height_;
+  const DepthCleaningOptions& options_;
+  std::array<std::vector<float>, 3> rows_;
+};
 
 /// What two opposite neighbours say of a pixel.
 struct PairVerdict {
@@ -41,12 +68,18 @@ inline PairVerdict judge(float z, float jump, float first, float second) {
       (aNearer & bFarther) | (bNearer & aFarther)};
 }
 
-/// One row; `centre` points to its first pixel in the padded image. Free of branches, so that the
-/// compiler makes it wide.
-void cleanRow(
-    const float* centre, std::ptrdiff_t stride, int width, int minSupport, float* __restrict out) {
-  const float* above = centre - stride;
-  const float* below = centre + stride;
+/// A row and the ones above and below.
+struct Neighbourhood {
+  const float* above;
+  const float* centre;
+  const float* below;
+};
+
+/// Free of branches, so that the compiler makes it wide.
+void cleanRow(const Neighbourhood& rows, int width, int minSupport, float* __restrict out) {
+  const float* above = rows.above;
+  const float* centre = rows.centre;
+  const float* below = rows.below;
   for (int x = 0; x < width; ++x) {
     const float z = centre[x];
     const float jump = depthJump(z);
@@ -71,19 +104,27 @@ void DepthCleaningOptions::validate() const {
 }
 
 std::vector<float> cleanDepth(
-    const std::vector<float>& depth, int width, int height, const DepthCleaningOptions& options) {
+    const std::vector<float>& depth,
+    int width,
+    int height,
+    const DepthCleaningOptions& options,
+    std::vector<float> recycled) {
   options.validate();
   if (width <= 0 || height <= 0 ||
       depth.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     throw std::invalid_argument("cleanDepth: the depth has not width x height pixels");
-  const std::ptrdiff_t stride = width + 2;
-  const std::vector<float> image = padded(depth, width, height, options);
-  std::vector<float> result(depth.size());
-  for (std::ptrdiff_t y = 0; y < height; ++y) {
-    const float* row = &image[static_cast<std::size_t>((y + 1) * stride + 1)];
-    cleanRow(row, stride, width, options.minSupport, &result[static_cast<std::size_t>(y * width)]);
+  recycled.resize(depth.size());
+  RowWindow rows(depth, width, height, options);
+  rows.read(0);
+  for (int y = 0; y < height; ++y) {
+    rows.read(y + 1);
+    cleanRow(
+        {rows.row(y - 1), rows.row(y), rows.row(y + 1)},
+        width,
+        options.minSupport,
+        recycled.data() + static_cast<std::ptrdiff_t>(y) * width);
   }
-  return result;
+  return recycled;
 }
 
 }  // namespace simulcap

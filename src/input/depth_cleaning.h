@@ -16,11 +16,12 @@ struct DepthCleaningOptions {
 /// Depth (width × height, row-major [m], 0 = none) without what no surface can be: values out of
 /// range or not finite, pixels with too few neighbours on their surface (speckles), and pixels that
 /// hang between a nearer and a farther surface (flying pixels at jumps). Nothing is filled in, and
-/// what stays keeps its value.
+/// what stays keeps its value. `recycled` gives its memory to the result.
 std::vector<float> cleanDepth(
     const std::vector<float>& depth,
     int width,
     int height,
-    const DepthCleaningOptions& options = {});
+    const DepthCleaningOptions& options = {},
+    std::vector<float> recycled = {});
 
 }  // namespace simulcap

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -91,28 +92,34 @@ void DepthPreparationOptions::validate() const {
     throw std::invalid_argument("DepthPreparationOptions: up must be a unit vector");
 }
 
-std::vector<std::uint8_t> personPixels(
-    const std::vector<float>& depth,
+DepthCloud withPerson(
+    DepthCloud cloud,
     const avatar::Camera& camera,
     const CoarseDepth& coarse,
     const std::vector<std::uint8_t>& personCells,
     const std::optional<Plane>& floor) {
-  std::vector<std::uint8_t> result(depth.size(), 0);
   const std::vector<DepthRange> ranges = depthRanges(coarse, personCells);
-  for (int y = 0; y < coarse.height * coarse.step; ++y) {
-    const DepthRange* row = &ranges[static_cast<std::size_t>(y / coarse.step) * coarse.width];
-    const std::size_t first = static_cast<std::size_t>(y) * camera.width;
+  const auto belongs = [&](int x, int y, const DepthRange& range) {
+    const float z = cloud.depth[cloud.index(x, y)];
+    if (z <= range.low || z >= range.high || z <= 0.0F)
+      return false;
+    const auto rayX = static_cast<float>((x - camera.cx) / camera.fx);
     const auto rayY = static_cast<float>((y - camera.cy) / camera.fy);
-    for (int x = 0; x < coarse.width * coarse.step; ++x) {
-      const DepthRange& range = row[x / coarse.step];
-      const float z = depth[first + x];
-      if (z <= range.low || z >= range.high || z <= 0.0F)
-        continue;
-      const auto rayX = static_cast<float>((x - camera.cx) / camera.fx);
-      result[first + x] = !floor || isOffFloor(*floor, {rayX, rayY, 1.0F}, z) ? 1 : 0;
+    return !floor || isOffFloor(*floor, {rayX, rayY, 1.0F}, z);
+  };
+  const int numCellPixels = coarse.step * coarse.step;
+  for (int cell = 0; cell < coarse.size(); ++cell) {
+    if (ranges[cell].high <= 0.0F)
+      continue;
+    const int left = cell % coarse.width * coarse.step;
+    const int top = cell / coarse.width * coarse.step;
+    for (int i = 0; i < numCellPixels; ++i) {
+      const int x = left + i % coarse.step;
+      const int y = top + i / coarse.step;
+      cloud.person[cloud.index(x, y)] = belongs(x, y, ranges[cell]) ? 1 : 0;
     }
   }
-  return result;
+  return cloud;
 }
 
 CaptureFrame captureFrameOf(
@@ -148,13 +155,16 @@ DepthPreparation::DepthPreparation(
   options.validate();
 }
 
-DepthCloud DepthPreparation::operator()(const RgbdFrame& frame) {
+DepthCloud DepthPreparation::operator()(const RgbdFrame& frame, DepthCloud recycled) {
   if (frame.width != camera_.width || frame.height != camera_.height)
     throw std::invalid_argument("DepthPreparation: the frame has not the camera's size");
   if (!frame.labels.empty() && frame.labels.size() != frame.depth.size())
     throw std::invalid_argument("DepthPreparation: the labels have not the depth's size");
-  DepthCloud cloud{.width = frame.width, .height = frame.height};
-  cloud.depth = cleanDepth(frame.depth, frame.width, frame.height, options_.cleaning);
+  DepthCloud cloud = withoutSurface(std::move(recycled));
+  cloud.width = frame.width;
+  cloud.height = frame.height;
+  cloud.depth =
+      cleanDepth(frame.depth, frame.width, frame.height, options_.cleaning, std::move(cloud.depth));
   const CoarseDepth coarse = coarseDepth(cloud.depth, camera_);
   cloud.person.assign(cloud.depth.size(), 0);
   if (!tracker_ && !showsScene(coarse))
@@ -166,7 +176,7 @@ DepthCloud DepthPreparation::operator()(const RgbdFrame& frame) {
   const bool found = std::find(cells.begin(), cells.end(), 1) != cells.end();
   if (found && !captureFrame_)
     captureFrame_ = captureFrameOf(coarse, cells, layout, options_.up.has_value());
-  cloud.person = personPixels(cloud.depth, camera_, coarse, cells, layout.floor);
+  cloud = withPerson(std::move(cloud), camera_, coarse, cells, layout.floor);
   cloud.labels = frame.labels;
   for (std::size_t i = 0; i < cloud.labels.size(); ++i) {
     if (cloud.person[i] == 0)

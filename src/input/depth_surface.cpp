@@ -30,6 +30,9 @@ PersonExtent extentOf(const DepthCloud& cloud) {
   double sum = 0.0;
   long count = 0;
   for (int y = 0; y < cloud.height; ++y) {
+    const auto row = cloud.person.begin() + static_cast<std::ptrdiff_t>(cloud.index(0, y));
+    if (std::find(row, row + cloud.width, 1) == row + cloud.width)
+      continue;
     for (int x = 0; x < cloud.width; ++x) {
       if (cloud.person[cloud.index(x, y)] == 0)
         continue;
@@ -63,20 +66,21 @@ struct InverseDepth {
   int margin = 0;
   std::vector<float> values;
 
-  const float* row(int y) const {
-    return values.data() + static_cast<std::ptrdiff_t>(y + margin) * stride + margin;
+  std::ptrdiff_t offset(int y) const {
+    const std::ptrdiff_t line = y + margin;
+    return line * stride + margin;
   }
+
+  const float* row(int y) const { return values.data() + offset(y); }
 };
 
 InverseDepth inverseDepth(const DepthCloud& cloud, const Box& box, int margin) {
   InverseDepth result{box.width() + 2 * margin, margin, {}};
-  result.values.resize(
-      static_cast<std::size_t>(result.stride) *
-      static_cast<std::size_t>(box.height() + 2 * margin));
+  const std::size_t rows = box.height() + 2 * margin;
+  result.values.resize(rows * static_cast<std::size_t>(result.stride));
   for (int y = 0; y < box.height(); ++y) {
     const std::size_t from = cloud.index(box.left, box.top + y);
-    float* to =
-        result.values.data() + static_cast<std::ptrdiff_t>(y + margin) * result.stride + margin;
+    float* to = result.values.data() + result.offset(y);
     for (int x = 0; x < box.width(); ++x)
       to[x] = cloud.person[from + x] != 0 ? 1.0F / cloud.depth[from + x] : 0.0F;
   }
@@ -120,7 +124,7 @@ class WindowedGradient {
       const Window& window,
       const DifferenceLimits& limits)
       : image_(image), box_(box), window_(window), limits_(limits) {
-    const auto rows = static_cast<std::size_t>(2 * window.radius + 1);
+    const std::size_t rows = 2 * window.radius + 1;
     const auto width = static_cast<std::size_t>(box.width());
     ring_.assign(rows, std::vector<Gradient>(width, Gradient::Zero()));
     columns_.assign(width, Gradient::Zero());
@@ -202,12 +206,28 @@ void NormalOptions::validate() const {
     throw std::invalid_argument("NormalOptions: baseline must be positive");
 }
 
+DepthCloud withoutSurface(DepthCloud cloud) {
+  if (cloud.points.cols() != std::ssize(cloud.person) ||
+      cloud.normals.cols() != std::ssize(cloud.person))
+    return cloud;
+  for (std::size_t i = 0; i < cloud.person.size(); ++i) {
+    if (cloud.person[i] == 0)
+      continue;
+    cloud.points.col(i).setZero();
+    cloud.normals.col(i).setZero();
+    cloud.person[i] = 0;
+  }
+  return cloud;
+}
+
 DepthCloud withSurface(
     DepthCloud cloud, const avatar::Camera& camera, const NormalOptions& options) {
   options.validate();
   const auto numPixels = static_cast<Eigen::Index>(cloud.depth.size());
-  cloud.points.setZero(3, numPixels);
-  cloud.normals.setZero(3, numPixels);
+  if (cloud.points.cols() != numPixels || cloud.normals.cols() != numPixels) {
+    cloud.points.setZero(3, numPixels);
+    cloud.normals.setZero(3, numPixels);
+  }
   const PersonExtent extent = extentOf(cloud);
   const Box& box = extent.box;
   if (box.width() <= 0)

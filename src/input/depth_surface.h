@@ -16,8 +16,13 @@ struct NormalOptions {
 /// camera's intrinsics. In a pinhole image the inverse depth of a plane is linear in the pixel:
 /// n·X = c gives 1/z = (n_x x + n_y y + n_z)/c with x = (u − cx)/fx, so the gradient of 1/z is the
 /// normal. The gradient is the mean of differences in a window; differences across a jump or a hole
-/// are left out. Pixels without any difference in u or v get no normal.
+/// are left out. Pixels without any difference in u or v get no normal. Points and normals of the
+/// cloud's size that are there already must be 0 outside of the person.
 DepthCloud withSurface(
     DepthCloud cloud, const avatar::Camera& camera, const NormalOptions& options = {});
+
+/// The cloud with nobody in it: clears the person's pixels, points and normals, so that the memory
+/// can serve another frame.
+DepthCloud withoutSurface(DepthCloud cloud);
 
 }  // namespace simulcap

@@ -162,14 +162,17 @@ Contact contactOf(const LimbSearch& search, int id) {
   return contact;
 }
 
+bool couldBeLimb(const Component& piece) {
+  constexpr float kMaxArea = 0.25F;  // both arms, or a leg [m²]
+  constexpr long kMinCells = 3;
+  return piece.area <= kMaxArea && std::ssize(piece.cells) >= kMinCells;
+}
+
 /// Nothing floats: a small piece beside the person that is part of nothing else is a limb, before
 /// the body or half behind it.
-bool isLimb(const Component& piece, const Contact& contact) {
-  constexpr float kMaxArea = 0.25F;  // both arms, or a leg [m²]
+bool isLimb(const Contact& contact) {
   constexpr float kMaxReach = 0.6F;  // an arm's length [m]
-  constexpr long kMinCells = 3;
-  if (piece.area > kMaxArea || contact.cells == 0 || contact.distance > kMaxReach ||
-      std::ssize(piece.cells) < kMinCells)
+  if (contact.cells == 0 || contact.distance > kMaxReach)
     return false;
   const bool floating = 5 * contact.attached <= contact.border;
   const bool joined = 2 * contact.joined >= contact.cells && contact.joined >= 2 &&
@@ -260,7 +263,7 @@ std::vector<std::uint8_t> withLimbs(
     std::vector<int> limbs;
     for (int id = 0; id < static_cast<int>(components.pieces.size()); ++id) {
       const Component& piece = components.pieces[id];
-      if (person[piece.cells.front()] == 0 && isLimb(piece, contactOf(search, id)) &&
+      if (person[piece.cells.front()] == 0 && couldBeLimb(piece) && isLimb(contactOf(search, id)) &&
           !isWall(search, id))
         limbs.push_back(id);
     }

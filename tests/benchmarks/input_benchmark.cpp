@@ -43,14 +43,16 @@ void reportStages(const RgbdFrame& frame, const avatar::Camera& camera) {
   time("  clean", [&] { return cleanDepth(frame.depth, frame.width, frame.height); });
   time("  coarse", [&] { return coarseDepth(cloud.depth, camera); });
   time("  person's cells", [&] { return tracker.next(coarse); });
-  time("  person's pixels", [&] {
-    return personPixels(cloud.depth, camera, coarse, cells, layout.floor);
+  const auto timeInPlace = [&](const char* name, const auto& stage) {
+    const auto timing = benchmark::measure(kRepeats, [&] { cloud = stage(std::move(cloud)); });
+    benchmark::report(name, timing, numPixels);
+  };
+  timeInPlace("  person's pixels", [&](DepthCloud c) {
+    return withPerson(std::move(c), camera, coarse, cells, layout.floor);
   });
-  benchmark::report(
-      "  points, normals",
-      benchmark::measure(kRepeats, [&] { cloud = withSurface(std::move(cloud), camera); }),
-      numPixels);
-  time("  all", [&] { return prepare(frame); });
+  timeInPlace("  points, normals", [&](DepthCloud c) { return withSurface(std::move(c), camera); });
+  timeInPlace("  all", [&](DepthCloud c) { return prepare(frame, std::move(c)); });
+  time("  all, in new memory", [&] { return prepare(frame); });
   benchmark::report(
       "  (floor and walls, first frame only)",
       benchmark::measure(3, [&] { benchmark::keep(findLayout(coarse)); }),
@@ -63,13 +65,14 @@ void reportRecording(const std::string& folder) {
   DepthPreparation prepare(source->info().camera);
   std::vector<double> decode;
   std::vector<double> preparation;
+  DepthCloud cloud;
   for (int i = 0; i < kMaxFrames; ++i) {
     std::optional<RgbdFrame> frame;
     decode.push_back(1e3 * benchmark::measure(1, [&] { frame = source->next(); }).minSeconds);
     if (!frame)
       break;
     preparation.push_back(
-        1e3 * benchmark::measure(1, [&] { benchmark::keep(prepare(*frame)); }).minSeconds);
+        1e3 * benchmark::measure(1, [&] { cloud = prepare(*frame, std::move(cloud)); }).minSeconds);
   }
   std::sort(decode.begin(), decode.end());
   std::sort(preparation.begin(), preparation.end());

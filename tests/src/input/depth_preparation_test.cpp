@@ -209,6 +209,21 @@ TEST(DepthPreparation, SameInputSameResult) {
   EXPECT_EQ(first.normals, second.normals);
 }
 
+TEST(DepthPreparation, RecycledMemoryLeavesNoTrace) {
+  Room moved = roomWithPerson();
+  moved.meshes.back().vertices.row(0).array() += 0.2;
+  const auto first = picture(roomWithPerson());
+  const auto second = picture(moved, 1);
+  DepthPreparation recycling(moved.camera);
+  DepthPreparation fresh(moved.camera);
+  fresh(first.frame);
+  const DepthCloud expected = fresh(second.frame);
+  const DepthCloud cloud = recycling(second.frame, recycling(first.frame));
+  EXPECT_EQ(cloud.person, expected.person);
+  EXPECT_EQ(cloud.points, expected.points);
+  EXPECT_EQ(cloud.normals, expected.normals);
+}
+
 TEST(DepthPreparation, LabelsOfTheUserStayOnThePerson) {
   const Room room = roomWithPerson();
   auto seen = picture(room);
