@@ -219,6 +219,101 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
+constexpr double kNearby = 0.08;  // a pose explains what is this near [m]
+
+/// Geman–McClure's cost, 0 … 1.
+double robustCost(double residual) {
+  constexpr double kScale = 0.04;  // [m]
+  const double squared = residual * residual;
+  return squared / (squared + kScale * kScale);
+}
+
+/// What one sample finds at its pixel.
+struct SampleFinding {
+  bool counts = false;  // in the image, turned to the camera, depth measured there
+  bool onPerson = false;
+  bool nearby = false;
+  double off = 0.0;  // to the depth along its normal [m]
+  double cost = 0.0;
+  std::uint8_t label = kBackground;
+};
+
+SampleFinding findingOf(const SeenSamples& seen, Eigen::Index sample, const DepthCloud& cloud) {
+  SampleFinding finding;
+  const int x = static_cast<int>(std::lround(seen.pixels(0, sample)));
+  const int y = static_cast<int>(std::lround(seen.pixels(1, sample)));
+  if (seen.facing[static_cast<std::size_t>(sample)] == 0 || x < 0 || y < 0 || x >= cloud.width ||
+      y >= cloud.height) {
+    return finding;
+  }
+  const std::size_t pixel = cloud.index(x, y);
+  finding.onPerson = cloud.person[pixel] != 0;
+  finding.counts = finding.onPerson || cloud.depth[pixel] != 0.0F;
+  if (!finding.onPerson) {
+    finding.cost = static_cast<double>(cloud.depth[pixel]) > seen.points(2, sample) ? 1.0 : 0.0;
+    return finding;
+  }
+  const auto column = static_cast<Eigen::Index>(pixel);
+  const Eigen::Vector3d offset = seen.points.col(sample) - cloud.points.col(column).cast<double>();
+  finding.off = std::abs(cloud.normals.col(column).cast<double>().dot(offset));
+  finding.nearby = offset.norm() < kNearby;
+  finding.cost = finding.nearby ? robustCost(finding.off) : 1.0;
+  finding.label = cloud.labels.empty() ? std::uint8_t{kBackground} : cloud.labels[pixel];
+  return finding;
+}
+
+/// Fills what samples tell; their mean cost.
+double compareSamples(
+    const TrackedSurface& surface,
+    const SeenSamples& seen,
+    const DepthView& view,
+    MatchQuality& quality) {
+  const bool dressed = surface.numBodyFaces() < surface.model().numFaces();
+  std::array<double, avatar::kNumSmplJoints> expected = {};
+  std::vector<double> residuals;
+  double cost = 0.0;
+  int count = 0;
+  int onPerson = 0;
+  for (std::size_t s = 0; s < surface.samples().size(); ++s) {
+    const Sample& sample = surface.samples()[s];
+    const auto joint = static_cast<std::size_t>(sample.joint);
+    const SampleFinding finding = findingOf(seen, static_cast<Eigen::Index>(s), view.cloud());
+    const double body = sample.cloth ? 0.0 : 1.0;
+    expected[joint] += 0.5 * body;  // a body shows about half of its skin
+    quality.jointSupport[joint] += finding.nearby ? body : 0.0;
+    count += finding.counts ? 1 : 0;
+    onPerson += finding.onPerson ? 1 : 0;
+    cost += finding.counts ? finding.cost : 0.0;
+    const bool outermost = !dressed || twoSidedness(sample, finding.label) > 0.5;
+    if (finding.nearby && outermost) {
+      residuals.push_back(finding.off);
+    }
+  }
+  for (std::size_t j = 0; j < expected.size(); ++j) {
+    quality.jointSupport[j] =
+        expected[j] == 0.0 ? 0.0 : std::min(1.0, quality.jointSupport[j] / expected[j]);
+  }
+  quality.overlap = count == 0 ? 0.0 : static_cast<double>(onPerson) / count;
+  quality.numMatches = static_cast<int>(residuals.size());
+  quality.medianResidual = median(residuals);
+  return count == 0 ? 1.0 : cost / count;
+}
+
+/// Fills what pixels tell; their mean cost.
+double comparePixels(const SeenSamples& seen, const DepthView& view, MatchQuality& quality) {
+  const SampleBins bins(seen.points, seen.normals, seen.pixels, seen.facing, view.camera().fx);
+  double cost = 0.0;
+  int explained = 0;
+  for (const DepthView::PixelSample& pixel : view.pixels()) {
+    const int index = bins.nearest({pixel.point, pixel.normal, pixel.pixel, kNearby, 0.0});
+    explained += index >= 0 ? 1 : 0;
+    cost += index < 0 ? 1.0 : robustCost((seen.points.col(index) - pixel.point).norm());
+  }
+  const double count = std::max(1.0, static_cast<double>(view.pixels().size()));
+  quality.explained = explained / count;
+  return cost / count;
+}
+
 }  // namespace
 
 double gemanMcClureWeight(double residual, double scale) {
@@ -242,72 +337,10 @@ MatchQuality matchQuality(
     const std::vector<std::uint8_t>& visible,
     const DepthView& view) {
   const SeenSamples seen = seenBy(view.camera(), posed, visible);
-  const DepthCloud& cloud = view.cloud();
-  constexpr double kScale = 0.04;   // [m] of the cost
-  constexpr double kNearby = 0.08;  // [m]
-  const auto cost = [](double r) { return r * r / (r * r + kScale * kScale); };
-  const bool dressed = surface.numBodyFaces() < surface.model().numFaces();
-
   MatchQuality quality;
-  std::array<double, avatar::kNumSmplJoints> perJoint = {};
-  std::vector<double> residuals;
-  double sampleCost = 0.0;
-  int inImage = 0;
-  int onPerson = 0;
-  for (std::size_t s = 0; s < surface.samples().size(); ++s) {
-    const Sample& sample = surface.samples()[s];
-    const auto joint = static_cast<std::size_t>(sample.joint);
-    const auto i = static_cast<Eigen::Index>(s);
-    if (!sample.cloth) {
-      perJoint[joint] += 0.5;  // a body shows about half of its skin
-    }
-    const int x = static_cast<int>(std::lround(seen.pixels(0, i)));
-    const int y = static_cast<int>(std::lround(seen.pixels(1, i)));
-    if (seen.facing[s] == 0 || x < 0 || y < 0 || x >= cloud.width || y >= cloud.height) {
-      continue;
-    }
-    const std::size_t p = cloud.index(x, y);
-    if (cloud.person[p] == 0 && cloud.depth[p] == 0.0F) {
-      continue;
-    }
-    ++inImage;
-    if (cloud.person[p] == 0) {
-      sampleCost += static_cast<double>(cloud.depth[p]) > seen.points(2, i) ? 1.0 : 0.0;
-      continue;
-    }
-    ++onPerson;
-    const auto column = static_cast<Eigen::Index>(p);
-    const Eigen::Vector3d offset = seen.points.col(i) - cloud.points.col(column).cast<double>();
-    const double off = std::abs(cloud.normals.col(column).cast<double>().dot(offset));
-    const bool near = offset.norm() < kNearby;
-    sampleCost += near ? cost(off) : 1.0;
-    quality.jointSupport[joint] += near && !sample.cloth ? 1.0 : 0.0;
-    if (near &&
-        (!dressed || sample.cloth ||
-         twoSidedness(sample, cloud.labels.empty() ? std::uint8_t{kBackground} : cloud.labels[p]) >
-             0.5)) {
-      residuals.push_back(off);
-      ++quality.numMatches;
-    }
-  }
-  const SampleBins bins(seen.points, seen.normals, seen.pixels, seen.facing, view.camera().fx);
-  double pixelCost = 0.0;
-  int explained = 0;
-  for (const DepthView::PixelSample& pixel : view.pixels()) {
-    const int index = bins.nearest({pixel.point, pixel.normal, pixel.pixel, kNearby, 0.0});
-    explained += index >= 0 ? 1 : 0;
-    pixelCost += index < 0 ? 1.0 : cost((seen.points.col(index) - pixel.point).norm());
-  }
-  const double numPixels = std::max<double>(1.0, static_cast<double>(view.pixels().size()));
-  quality.explained = explained / numPixels;
-  quality.overlap = inImage == 0 ? 0.0 : static_cast<double>(onPerson) / inImage;
-  quality.meanCost =
-      0.5 * pixelCost / numPixels + 0.5 * (inImage == 0 ? 1.0 : sampleCost / inImage);
-  quality.medianResidual = median(residuals);
-  for (std::size_t j = 0; j < perJoint.size(); ++j) {
-    quality.jointSupport[j] =
-        perJoint[j] == 0.0 ? 0.0 : std::min(1.0, quality.jointSupport[j] / perJoint[j]);
-  }
+  const double sampleCost = compareSamples(surface, seen, view, quality);
+  const double pixelCost = comparePixels(seen, view, quality);
+  quality.meanCost = 0.5 * (sampleCost + pixelCost);
   return quality;
 }
 

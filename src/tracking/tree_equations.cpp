@@ -38,52 +38,62 @@ void addBetaRow(
       restDirection;
 }
 
+/// Adds one constraint's wrenches; `betaRow` may be empty.
+void addConstraint(
+    const TrackedSurface& surface,
+    const PosedSamples& at,
+    const SurfaceConstraint& constraint,
+    const Eigen::VectorXd& betaRow,
+    BonePairs& pairs) {
+  constexpr std::size_t kMostBones = 16;
+  const Eigen::Vector3d rest = at.rest.col(constraint.sample);
+  const double pull = constraint.weight * constraint.residual;
+  std::array<Wrench, kMostBones> wrenches;
+  std::array<Eigen::Index, kMostBones> bones{};
+  std::size_t count = 0;
+  for (SkinningWeights::InnerIterator it(surface.sampledModel().skinningWeights, constraint.sample);
+       it && count < kMostBones;
+       ++it) {
+    const auto k = static_cast<std::size_t>(it.col());
+    const Eigen::Vector3d carried =
+        at.worldFromJoint[k] * Eigen::Vector3d(rest - at.restJoints.col(it.col()));
+    bones[count] = 6 * it.col();
+    wrenches[count].head<3>() = it.value() * carried.cross(constraint.direction);
+    wrenches[count].tail<3>() = it.value() * constraint.direction;
+    const Wrench weighted = constraint.weight * wrenches[count];
+    for (std::size_t other = 0; other <= count; ++other) {
+      pairs.products.block<6, 6>(bones[count], bones[other]).noalias() +=
+          weighted * wrenches[other].transpose();
+    }
+    pairs.gradient.segment<6>(bones[count]) += pull * wrenches[count];
+    if (betaRow.size() > 0) {
+      pairs.products.block(pairs.products.rows() - betaRow.size(), bones[count], betaRow.size(), 6)
+          .noalias() += betaRow * weighted.transpose();
+    }
+    ++count;
+  }
+}
+
 BonePairs gatheredPairs(
     const TrackedSurface& surface,
     const PosedSamples& at,
     const std::vector<SurfaceConstraint>& constraints) {
   const auto numJoints = static_cast<Eigen::Index>(at.worldFromJoint.size());
-  const bool withBetas = !at.jointShapeDerivatives.empty();
-  const Eigen::Index numBetas = withBetas ? surface.numBetas() : 0;
-  const SkinningWeights& weights = surface.sampledModel().skinningWeights;
+  const Eigen::Index numBetas = at.jointShapeDerivatives.empty() ? 0 : surface.numBetas();
   BonePairs pairs;
   pairs.products.setZero(6 * numJoints + numBetas, 6 * numJoints + numBetas);
   pairs.gradient.setZero(6 * numJoints + numBetas);
   Eigen::VectorXd betaRow(numBetas);
   for (const SurfaceConstraint& constraint : constraints) {
-    const Eigen::Vector3d rest = at.rest.col(constraint.sample);
     const double pull = constraint.weight * constraint.residual;
     pairs.weightedSquares += pull * constraint.residual;
-    if (withBetas) {
+    if (numBetas > 0) {
       addBetaRow(surface, at, constraint, betaRow);
       pairs.products.bottomRightCorner(numBetas, numBetas).noalias() +=
           constraint.weight * betaRow * betaRow.transpose();
       pairs.gradient.tail(numBetas) += pull * betaRow;
     }
-    std::array<Wrench, 16> wrenches;
-    std::array<Eigen::Index, 16> bones{};
-    std::size_t count = 0;
-    for (SkinningWeights::InnerIterator it(weights, constraint.sample);
-         it && count < wrenches.size();
-         ++it) {
-      const auto k = static_cast<std::size_t>(it.col());
-      const Eigen::Vector3d carried =
-          at.worldFromJoint[k] * Eigen::Vector3d(rest - at.restJoints.col(it.col()));
-      bones[count] = 6 * it.col();
-      wrenches[count].head<3>() = it.value() * carried.cross(constraint.direction);
-      wrenches[count].tail<3>() = it.value() * constraint.direction;
-      const Wrench weighted = constraint.weight * wrenches[count];
-      for (std::size_t other = 0; other <= count; ++other) {
-        pairs.products.block<6, 6>(bones[count], bones[other]).noalias() +=
-            weighted * wrenches[other].transpose();
-      }
-      pairs.gradient.segment<6>(bones[count]) += pull * wrenches[count];
-      if (withBetas) {
-        pairs.products.block(6 * numJoints, bones[count], numBetas, 6).noalias() +=
-            betaRow * weighted.transpose();
-      }
-      ++count;
-    }
+    addConstraint(surface, at, constraint, betaRow, pairs);
   }
   return pairs;
 }
