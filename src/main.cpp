@@ -53,6 +53,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addCompare(program, chosen);
   addMeasure(program, chosen);
   addDress(program, chosen);
+  addRetarget(program, chosen);
   addFitBody(program, chosen);
   addFitPrior(program, chosen);
   for (CLI::App* verb : program.get_subcommands({})) {

@@ -34,6 +34,7 @@ void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
+void addRetarget(CLI::App& program, ChosenCommand& chosen);
 void addSimulate(CLI::App& program, ChosenCommand& chosen);
 
 }  // namespace simulcap

@@ -196,6 +196,35 @@ void dressBody(const Scene& scene, Stage& stage) {
   stage.avatar = std::move(dressed.avatar);
 }
 
+/// The body and how long it is on stage; no cloth yet.
+Stage emptyStage(const Scene& scene) {
+  Stage stage;
+  const SceneTime time = scene.time.value_or(SceneTime{});
+  stage.framesPerSecond = time.framesPerSecond;
+  stage.numFrames = numFrames(time).value_or(1);
+  if (scene.body) {
+    stage.body = std::make_unique<StagedBody>(*scene.body, time);
+    stage.notes = stage.body->warnings();
+    stage.numPrerollFrames = stage.body->numPrerollFrames();
+    stage.numFrames = static_cast<int>(stage.body->poses().size()) - stage.numPrerollFrames;
+  }
+  return stage;
+}
+
+void addCloths(const Scene& scene, Stage& stage) {
+  std::size_t worn = 0;
+  for (const SceneGarment& garment : scene.garments) {
+    StagedCloth cloth =
+        isWorn(garment, scene)
+            ? stagedWorn(garment, stage.avatar->garments[worn++], stage.avatar->body, *stage.body)
+            : stagedFree(garment, stage.notes);
+    cloth.name = garment.name;
+    cloth.parameters = garment.cloth.parameters;
+    requirePinsExist(cloth);
+    stage.cloths.push_back(std::move(cloth));
+  }
+}
+
 }  // namespace
 
 StagedBody::StagedBody(const SceneBody& body, const SceneTime& time)
@@ -254,28 +283,32 @@ Eigen::Matrix3Xd StagedBody::vertices(int frame) const {
 }
 
 Stage setStage(const Scene& scene) {
-  Stage stage;
-  const SceneTime time = scene.time.value_or(SceneTime{});
-  stage.framesPerSecond = time.framesPerSecond;
-  stage.numFrames = numFrames(time).value_or(1);
-  if (scene.body) {
-    stage.body = std::make_unique<StagedBody>(*scene.body, time);
-    stage.notes = stage.body->warnings();
-    stage.numPrerollFrames = stage.body->numPrerollFrames();
-    stage.numFrames = static_cast<int>(stage.body->poses().size()) - stage.numPrerollFrames;
+  Stage stage = emptyStage(scene);
+  if (scene.body)
     dressBody(scene, stage);
+  addCloths(scene, stage);
+  return stage;
+}
+
+Scene sceneOf(const avatar::LayeredAvatar& avatar, const SceneBody& body, const SceneTime& time) {
+  Scene scene;
+  scene.body = body;
+  scene.time = time;
+  for (const avatar::Garment& worn : avatar.garments) {
+    SceneGarment garment;
+    garment.name = worn.name;
+    garment.cloth.parameters = worn.cloth;
+    scene.garments.push_back(std::move(garment));
   }
-  std::size_t worn = 0;
-  for (const SceneGarment& garment : scene.garments) {
-    StagedCloth cloth =
-        isWorn(garment, scene)
-            ? stagedWorn(garment, stage.avatar->garments[worn++], stage.avatar->body, *stage.body)
-            : stagedFree(garment, stage.notes);
-    cloth.name = garment.name;
-    cloth.parameters = garment.cloth.parameters;
-    requirePinsExist(cloth);
-    stage.cloths.push_back(std::move(cloth));
-  }
+  return scene;
+}
+
+Stage setStage(const Scene& scene, avatar::LayeredAvatar avatar) {
+  if (!scene.body || scene.garments.size() != avatar.garments.size())
+    throw std::invalid_argument("setStage: the scene is not the avatar's");
+  Stage stage = emptyStage(scene);
+  stage.avatar = std::move(avatar);
+  addCloths(scene, stage);
   return stage;
 }
 

@@ -86,6 +86,13 @@ struct Stage {
 /// std::runtime_error for what the scene asks and can't be done.
 Stage setStage(const Scene& scene);
 
+/// A scene of an avatar's clothes on a body, whose garments have the names and parameters of the
+/// avatar's.
+Scene sceneOf(const avatar::LayeredAvatar& avatar, const SceneBody& body, const SceneTime& time);
+
+/// As setStage(), of a scene made by sceneOf(), whose body wears the avatar's garments as they are.
+Stage setStage(const Scene& scene, avatar::LayeredAvatar avatar);
+
 /// 3 × number of pins [m] at a time from the beginning of the pre-roll [s]; `body` as it is then,
 /// null without one.
 Eigen::Matrix3Xd pinPositions(

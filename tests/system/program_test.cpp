@@ -21,7 +21,7 @@ TEST(Program, HelpExplainsEveryVerb) {
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_EQ(help.err, "");
   for (const std::string verb :
-       {"compare", "demo", "dress", "render", "fit-prior", "fit-body", "measure", "simulate"}) {
+       {"compare", "demo", "dress", "render", "fit-prior", "fit-body", "measure", "retarget", "simulate"}) {
     EXPECT_NE(help.out.find("\n  " + verb + " "), std::string::npos) << verb;
     const ProgramRun own = runProgram({verb, "--help"});
     EXPECT_EQ(own.exitCode, 0) << verb;
