@@ -42,8 +42,7 @@ TEST(SurfaceRegistration, OptionsOutsideTheirRangesAreRefused) {
 AvatarBody rod() {
   AvatarBody body;
   body.mesh = boxMesh({2.0, 0.1, 0.1});
-  body.joints.resize(3, 2);
-  body.joints << -1.0, 0.0, 0.0, 0.0, 0.0, 0.0;
+  body.joints = Eigen::Matrix<double, 3, 2>{{-1.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
   body.parents = {-1, 0};
   body.skinningWeights.resize(body.mesh.numVertices(), 2);
   for (int v = 0; v < body.mesh.numVertices(); ++v)
@@ -53,9 +52,8 @@ AvatarBody rod() {
 
 TEST(SurfaceRegistration, RegionsMoveWithTheirJointsAndGrowWithTheirBones) {
   const AvatarBody body = rod();
-  Eigen::Matrix3Xd joints = body.joints;
-  joints.col(0) += Eigen::Vector3d(0.0, 1.0, 0.0);
-  joints.col(1) += Eigen::Vector3d(1.0, 1.0, 0.0);  // the bone is twice as long
+  // The bone is twice as long, and higher.
+  const Eigen::Matrix<double, 3, 2> joints{{-1.0, 1.0}, {1.0, 1.0}, {0.0, 0.0}};
   const Eigen::Matrix3Xd moved = movedWithJoints(body, {body.mesh.vertices, body.joints}, joints);
   for (Eigen::Index v = 0; v < moved.cols(); ++v) {
     const Eigen::Index joint = body.mesh.vertices(0, v) > 0.0 ? 1 : 0;
