@@ -59,7 +59,8 @@ class ClothSolver final : public btSoftBodySolver {
   /// So many per step of the world from now on (1 … 1000000), or as largestSubstep demands.
   void setSubsteps(std::optional<int> substeps);
 
-  /// Of the last step with cloth in it. If it isn't stable, the cloth stayed where it was.
+  /// Of the last step with cloth in it. If it isn't stable, the cloth lost its momentum and pushed
+  /// no rigid body.
   const FrameReport& lastReport() const { return lastReport_; }
 
   /// Writes the cloths' states to their bodies.

@@ -3,6 +3,7 @@
 #include "bullet_ext/core/cloth_mesh.h"
 #include "bullet_ext/core/cloth_state.h"
 #include "bullet_ext/core/cloth_stepper.h"
+#include "bullet_ext/core/energy_balance.h"
 #include "bullet_ext/core/external_force.h"
 
 #include <Eigen/Core>
@@ -46,18 +47,22 @@ struct PinTargets {
 
 /// What happened in a frame.
 struct FrameReport {
-  int substeps = 0;    ///< that the frame was done with
-  int redone = 0;      ///< times it was rolled back and redone with twice the substeps
-  bool stable = true;  ///< false: blown up even with the most substeps; the states are those before
-  double kineticEnergy = 0.0;  ///< of all cloths at the end [J]
-  double largestSpeed = 0.0;   ///< of all vertices at the end [m/s]
+  int substeps = 0;  ///< that the frame was done with
+  int redone = 0;    ///< times it was rolled back and redone with twice the substeps
+  /// false: blown up even with the most substeps. The cloth lost its momentum and what moves it
+  /// moved it on through the frame against strong drag; where even that blew up it stayed in place.
+  bool stable = true;
+  EnergyBalance energy;       ///< of all cloths, in the frame as it was kept
+  double largestSpeed = 0.0;  ///< of all vertices at the end [m/s]
 };
 
 struct SimulationOptions {
   StepperOptions stepper;
   Integrator integrator = Integrator::kSemiImplicitEuler;
-  /// A frame in which a vertex ends up faster than this has blown up [m/s], > 0.
-  double plausibleSpeed = 200.0;
+  /// A frame has blown up when a cloth has more than this many times the energy that was there and
+  /// that gravity, pins and contact can have put in (EnergyBalance), > 1. Walking skirts, balls
+  /// thrown at curtains and the like stay below 1.01.
+  double energyFactor = 1.1;
   int mostRedos = 4;  ///< 0 … 10: substeps are doubled up to this often
 
   /// Throws std::invalid_argument that names the field outside its range.
@@ -65,8 +70,9 @@ struct SimulationOptions {
 };
 
 /// Cloths that live together: steps all of them through a frame, substep by substep, lets
-/// constraints correct them, and takes back a frame that blew up. Owns cloths and constraints;
-/// external forces are the caller's and outlive it. Deterministic for any number of threads.
+/// constraints correct them, and takes back a frame that blew up, as its energy shows. Owns cloths
+/// and constraints; external forces are the caller's and outlive it. Deterministic for any number
+/// of threads.
 class ClothSimulation {
  public:
   explicit ClothSimulation(const SimulationOptions& options = {});
@@ -85,7 +91,7 @@ class ClothSimulation {
   int numCloths() const { return static_cast<int>(states_.size()); }
 
   const ClothMesh& mesh(int cloth) const {
-    return steppers_[static_cast<std::size_t>(cloth)].mesh();
+    return steppers_[static_cast<std::size_t>(cloth)]->mesh();
   }
 
   const ClothState& state(int cloth) const { return states_[static_cast<std::size_t>(cloth)]; }
@@ -104,13 +110,26 @@ class ClothSimulation {
   FrameReport advance(const FrameTiming& timing);
 
  private:
-  void runSubsteps(const FrameTiming& timing);
+  /// States before a frame: to go back to.
+  using Snapshot = std::vector<ClothState>;
+
+  /// Which of the energies that constraints change are booked.
+  enum class Booking { kKinetic, kWhole };
+
+  FrameReport attemptFrom(const Snapshot& before, const FrameTiming& timing);
+  FrameReport attempt(const FrameTiming& timing, Booking booking);
+  FrameReport calmDown(const Snapshot& before, const FrameTiming& timing);
+  void runSubsteps(const FrameTiming& timing, Booking booking);
+  void setSubsteps(const FrameTiming& timing);
+  void resolveConstraints(int substep, Booking booking);
   void aimPins(const FrameTiming& timing);
   void placePins();
-  bool isPlausible() const;
+  bool isPlausible(const EnergyBalance& cloth, std::size_t index) const;
+  void restore(const Snapshot& snapshot);
 
   SimulationOptions options_;
-  std::vector<ClothStepper> steppers_;
+  std::vector<std::unique_ptr<ClothIntegrator>> steppers_;
+  std::vector<EnergyAccount> accounts_;  ///< one per cloth
   std::vector<ClothState> states_;
   std::vector<std::vector<const ExternalForce*>> forces_;
   std::vector<PinTargets> pinTargets_;

@@ -36,25 +36,6 @@ std::vector<WideCloth> splitIntoDomains(const ClothMesh& mesh, int threads) {
 
 }  // namespace
 
-void SubstepOptions::validate() const {
-  if (!(duration >= 1e-7 && duration <= 1.0)) {
-    throw std::invalid_argument("SubstepOptions: duration must be within [1e-7, 1] s");
-  }
-  const double most = dampingMode == DampingMode::kPerSubstep ? 1.0 : 1e4;
-  if (!(damping >= 0.0 && damping <= most)) {
-    throw std::invalid_argument(
-        "SubstepOptions: damping must be within [0, 1] per substep or [0, 1e4] per second");
-  }
-}
-
-double SubstepOptions::dampingFactor() const {
-  return dampingMode == DampingMode::kPerSubstep ? 1.0 - damping : std::exp(-damping * duration);
-}
-
-SubstepOptions substepFor(const ClothMaterial& material) {
-  return {.dampingMode = material.dampingMode, .damping = material.damping};
-}
-
 void StepperOptions::validate() const {
   if (threads < 1 || threads > 64) {
     throw std::invalid_argument("StepperOptions: threads must be within [1, 64]");
@@ -79,6 +60,9 @@ ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options)
 
 void ClothStepper::setSubstep(const SubstepOptions& substep) {
   substep.validate();
+  if (substep.integrator == Integrator::kImplicit) {
+    throw std::invalid_argument("ClothStepper: implicit substeps are ImplicitStepper's");
+  }
   substep_ = substep;
   const double factor = substep.dampingFactor();
   velocityFactors_.setConstant(mesh_.numVertices(), static_cast<float>(factor));

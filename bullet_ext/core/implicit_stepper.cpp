@@ -60,12 +60,33 @@ ImplicitStepper::ImplicitStepper(const ClothMesh& mesh)
 
 ImplicitStepper::ImplicitStepper(const ClothMesh& mesh, const ImplicitOptions& options)
     : mesh_(withoutLimit(mesh)), options_(options), hessian_(*mesh_) {
+  setSubstep(
+      {.duration = options.duration,
+       .integrator = Integrator::kImplicit,
+       .dampingMode = options.dampingMode,
+       .damping = options.damping});
+}
+
+void ImplicitStepper::setSubstep(const SubstepOptions& substep) {
+  require(
+      substep.integrator == Integrator::kImplicit,
+      "ImplicitStepper: explicit substeps are ClothStepper's");
+  ImplicitOptions options = options_;
+  options.duration = substep.duration;
+  options.dampingMode = substep.dampingMode;
+  options.damping = substep.damping;
   options.validate();
-  const double factor = options.dampingMode == DampingMode::kPerSubstep
-                            ? 1.0 - options.damping
-                            : std::exp(-options.damping * options.duration);
-  halfDamping_.setConstant(mesh_->numVertices(), std::sqrt(factor));
+  options_ = options;
+  substep_ = substep;
+  halfDamping_.setConstant(mesh_->numVertices(), std::sqrt(substep.dampingFactor()));
   halfDamping_(mesh_->pins).setOnes();
+}
+
+Eigen::Matrix4Xf ImplicitStepper::innerForces(const ClothState& state) {
+  Eigen::Matrix4Xf forces = Eigen::Matrix4Xf::Zero(4, state.positions.cols());
+  forces.topRows<3>() =
+      bullet_ext::innerForces(*mesh_, state.positions.topRows<3>().cast<double>()).cast<float>();
+  return forces;
 }
 
 Eigen::Matrix3Xd ImplicitStepper::externalAccelerations(
@@ -100,7 +121,8 @@ Eigen::Matrix3Xd ImplicitStepper::solveStage(
     }
     ++linearSolves_;
     const Eigen::Matrix3Xd descent = hessian_.solve(
-        innerForces(*mesh_, x) - (x - inertial) * (mesh_->masses / (h * h)).asDiagonal());
+        bullet_ext::innerForces(*mesh_, x) -
+        (x - inertial) * (mesh_->masses / (h * h)).asDiagonal());
     double length = 1.0;
     double next = potential(x + descent, inertial, h);
     while (!(next <= current + kRounding * std::abs(current)) && length > kShortestStep) {

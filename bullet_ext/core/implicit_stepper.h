@@ -1,10 +1,7 @@
 #pragma once
 
 #include "bullet_ext/core/cloth_hessian.h"
-#include "bullet_ext/core/cloth_mesh.h"
-#include "bullet_ext/core/cloth_state.h"
-#include "bullet_ext/core/cloth_stepper.h"
-#include "bullet_ext/core/external_force.h"
+#include "bullet_ext/core/cloth_integrator.h"
 
 #include <Eigen/Core>
 
@@ -59,20 +56,24 @@ ImplicitOptions implicitOptionsFor(const ClothMaterial& material);
 /// is not used: nothing explodes here that it would have to hold.
 ///
 /// Deterministic, one thread, computes in double.
-class ImplicitStepper {
+class ImplicitStepper final : public ClothIntegrator {
  public:
   /// Options as by implicitOptionsFor(mesh.material).
   explicit ImplicitStepper(const ClothMesh& mesh);
   /// Validates the options.
   ImplicitStepper(const ClothMesh& mesh, const ImplicitOptions& options);
 
-  const ClothMesh& mesh() const { return *mesh_; }
+  const ClothMesh& mesh() const override { return *mesh_; }
+
+  const SubstepOptions& substep() const override { return substep_; }
+
+  /// Duration, at least 1e-6 s, and damping.
+  void setSubstep(const SubstepOptions& substep) override;
 
   const ImplicitOptions& options() const { return options_; }
 
-  /// One step. The state's sizes must be the mesh's, or std::invalid_argument is thrown. Pins keep
-  /// the velocity that the state has for them.
-  void step(ClothState& state, std::span<const ExternalForce* const> externalForces);
+  void step(ClothState& state, std::span<const ExternalForce* const> externalForces) override;
+  Eigen::Matrix4Xf innerForces(const ClothState& state) override;
 
   /// Linear systems solved in the last step.
   int linearSolves() const { return linearSolves_; }
@@ -86,6 +87,7 @@ class ImplicitStepper {
 
   std::unique_ptr<const ClothMesh> mesh_;  ///< at an address that hessian_ may keep
   ImplicitOptions options_;
+  SubstepOptions substep_;  ///< the part of the options that it shares
   ClothHessian hessian_;
   Eigen::RowVectorXd halfDamping_;  ///< N: factor of velocities before and after a step; 1 at pins
   int linearSolves_ = 0;

@@ -7,7 +7,8 @@ namespace bullet_ext {
 struct StabilityOptions {
   /// Part of the theoretical limit to use, 0.01 … 1. The limit holds for motion about the rest
   /// shape; hinges that are compressed (up to about four times, with limitCompressedTorsion) or
-  /// folded sharply are stiffer: 0.5 covers what is worn, and ClothSimulation redoes the rest.
+  /// folded sharply are stiffer: 0.5 covers what is worn, and ClothSimulation notices the rest
+  /// by its energy and redoes it.
   double safety = 0.9;
   double tolerance = 2e-3;  ///< relative error of λ at which the iteration stops, 1e-8 … 0.5
   int maxIterations = 300;  ///< 1 … 10000

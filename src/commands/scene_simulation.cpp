@@ -106,7 +106,11 @@ nlohmann::json simulateStage(
   if (record.unstable > 0)
     context.console.warn(
         std::to_string(record.unstable) +
-        " frames blew up even with more substeps and stand still");
+        " frames blew up even with more substeps: the cloth lost its momentum there");
+  if (record.redone > 0)
+    context.console.info(
+        std::to_string(record.redone) +
+        " times a frame blew up, as its energy showed, and was redone with twice the substeps");
   return metrics;
 }
 

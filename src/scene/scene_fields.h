@@ -59,7 +59,8 @@ void describe(Visitor& v, SceneTime& time) {
       {.min = 1,
        .max = 1e6,
        .choices = {"auto"},
-       .meaning = "Simulation steps per frame; `auto`: of 1/3000 s each, 100 at 30 frames/s."});
+       .meaning = "Simulation steps per frame; `auto`: of 1/3000 s each, 100 at 30 frames/s, or as "
+                  "many more as the cloth needs to be stable; of 1/300 s when `implicit`."});
   v.atMostOneOf({"seconds", "frames"});
 }
 
@@ -223,8 +224,8 @@ void describe(Visitor& v, Scene& scene) {
   v.field(
       "integrator",
       scene.integrator,
-      {.meaning = "`semi_implicit` Euler, the paper's literal `forward_euler`, or `implicit` Euler "
-                  "(backward)."});
+      {.meaning = "`semi_implicit` Euler, the paper's literal `forward_euler`, which diverges, or "
+                  "`implicit` Runge–Kutta for cloth that is too stiff or light for short steps."});
   v.field("body", scene.body, {.defaultWords = "none", .meaning = "The person."});
   v.field(
       "garments",

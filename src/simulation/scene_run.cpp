@@ -1,5 +1,6 @@
 #include "src/simulation/scene_run.h"
 
+#include "bullet_ext/core/implicit_stepper.h"
 #include "bullet_ext/core/stability.h"
 #include "src/simulation/cloth_setup.h"
 
@@ -19,7 +20,7 @@ bullet_ext::Integrator integratorOf(const Scene& scene) {
     case Integrator::kSemiImplicit:
       return bullet_ext::Integrator::kSemiImplicitEuler;
     default:
-      throw std::runtime_error("integrator: implicit is not available in simulations yet");
+      return bullet_ext::Integrator::kImplicit;
   }
 }
 
@@ -83,6 +84,11 @@ void SceneRun::checkStability(const Scene& scene) {
   const auto needed = [&](double safety) {
     return std::isinf(largest) ? 1 : bullet_ext::substepsFor(timing_.duration, safety * largest);
   };
+  if (scene.integrator == Integrator::kImplicit) {
+    timing_.substeps = time.substeps.value_or(
+        bullet_ext::substepsFor(timing_.duration, bullet_ext::ImplicitOptions{}.duration));
+    return;
+  }
   timing_.substeps = simulcap::substepsPerFrame(time);
   if (!time.substeps)
     timing_.substeps = std::max(timing_.substeps, needed(kChosenSafety));

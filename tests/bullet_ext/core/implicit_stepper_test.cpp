@@ -1,5 +1,6 @@
 #include "bullet_ext/core/implicit_stepper.h"
 
+#include "bullet_ext/core/cloth_stepper.h"
 #include "bullet_ext/core/spring_force.h"
 #include "bullet_ext/core/stability.h"
 #include "bullet_ext/core/torsion_force.h"
