@@ -125,7 +125,9 @@ std::vector<std::vector<TimedFile>> readTimedFiles(
     if (entries.size() >= pairs)
       lines.push_back(std::move(entries));
     else
-      warnings.add("lines that are no \"time file\" are left out", path + ": " + line);
+      warnings.add(
+          "lines that are no \"time file\" are left out",
+          std::string(path).append(": ").append(line));
   }
   return lines;
 }

@@ -14,6 +14,8 @@ class FrameSource {
   FrameSource() = default;
   FrameSource(const FrameSource&) = delete;
   FrameSource& operator=(const FrameSource&) = delete;
+  FrameSource(FrameSource&&) = delete;
+  FrameSource& operator=(FrameSource&&) = delete;
   virtual ~FrameSource() = default;
 
   virtual const RecordingInfo& info() const = 0;
