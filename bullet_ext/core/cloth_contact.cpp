@@ -201,8 +201,7 @@ void ClothContact::respond() {
 void ClothContact::respondTo(std::size_t index) {
   ListedPair& pair = lists_.pair(names_[index]);
   AwakePair& awake = awake_[index];
-  const PairPoints<float> end = cornersAt(motion_.end, pair.vertices);
-  awake.margin = separation(pair.kind, end, pair.axis);
+  awake.margin = separationAt(pair.kind, motion_.end, pair.vertices, pair.axis);
   awake.seen = true;
   if (awake.margin >= pair.thickness || tangled(pair)) {
     return;
@@ -212,7 +211,7 @@ void ClothContact::respondTo(std::size_t index) {
       closestPoints(pair.kind, cornersAt(motion_.start, pair.vertices));
   pair.axis = closest.normal;
   awake.safe = std::min(kSafePart * pair.thickness, kSafeApproach * closest.distance);
-  awake.margin = separation(pair.kind, end, pair.axis);
+  awake.margin = separationAt(pair.kind, motion_.end, pair.vertices, pair.axis);
   if (closest.distance < kTouching || awake.margin >= pair.thickness) {
     return;
   }
@@ -244,7 +243,9 @@ bool ClothContact::moved(const ListedPair& pair) const {
 void ClothContact::certifyAll() {
   std::vector<std::size_t> failing;
   for (int pass = 0; pass <= kPasses; ++pass) {
-    gather();
+    if (!contacts_.empty()) {  // else nothing has moved since the last time
+      gather();
+    }
     failing = failingPairs(pass < kPasses);
     if (failing.empty()) {
       return;
@@ -277,8 +278,7 @@ bool ClothContact::certify(std::size_t index, bool respondToIt) {
     return true;
   }
   awake.seen = true;
-  const PairPoints<float> end = cornersAt(motion_.end, pair.vertices);
-  awake.margin = separation(pair.kind, end, pair.axis);
+  awake.margin = separationAt(pair.kind, motion_.end, pair.vertices, pair.axis);
   if (awake.margin >= awake.safe) {
     return true;
   }
@@ -287,7 +287,7 @@ bool ClothContact::certify(std::size_t index, bool respondToIt) {
   ++counters_.distances;
   pair.axis = closest.normal;
   awake.safe = std::min(kSafePart * pair.thickness, kSafeApproach * closest.distance);
-  awake.margin = separation(pair.kind, end, pair.axis);
+  awake.margin = separationAt(pair.kind, motion_.end, pair.vertices, pair.axis);
   if (awake.margin >= awake.safe || tangled(pair)) {
     return true;
   }
@@ -297,7 +297,10 @@ bool ClothContact::certify(std::size_t index, bool respondToIt) {
   }
   ++counters_.continuousTests;
   const std::optional<Approach<double>> approach = firstApproach<double>(
-      pair.kind, start.cast<double>(), end.cast<double>(), double{awake.safe});
+      pair.kind,
+      start.cast<double>(),
+      cornersAt(motion_.end, pair.vertices).cast<double>(),
+      double{awake.safe});
   if (!approach) {
     return true;
   }

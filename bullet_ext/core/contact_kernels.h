@@ -3,8 +3,9 @@
 #include <cstdint>
 
 /// The contact of cloth vertices with moving triangles, eight vertices or eight triangles at a
-/// time. Plain pointers, floats and integers only, for the reason given in wide_kernels.h. Written
-/// once (contact_kernels.inl) and compiled twice, for the baseline and for AVX2; without fused
+/// time, and the search for cloth elements that are near each other, eight boxes at a time. Plain
+/// pointers, floats and integers only, for the reason given in wide_kernels.h. Written once
+/// (contact_kernels.inl) and compiled twice, for the baseline and for AVX2; without fused
 /// multiply-add, so that both give the same bytes.
 namespace bullet_ext {
 
@@ -88,7 +89,14 @@ struct ContactKernels {
       std::int32_t blocks,
       const float* velocity,
       float* deviations);
+
+  /// Which boxes meet one box, a bit for each in one mask per block. `box` has the four lowest and
+  /// then the four highest coordinates, a block eight such rows of eight.
+  void (*boxesMeeting)(
+      const float* boxes, std::int32_t blocks, const float* box, std::uint32_t* masks);
 };
+
+inline constexpr int kBoxRows = 8;  ///< of ContactKernels::boxesMeeting
 
 const ContactKernels& portableContactKernels();
 

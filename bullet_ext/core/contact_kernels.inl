@@ -304,8 +304,20 @@ void triangleDeviations(
   }
 }
 
+void boxesMeeting(const float* boxes, std::int32_t blocks, const float* box, std::uint32_t* masks) {
+  for (std::int32_t block = 0; block < blocks; ++block) {
+    const float* low = boxes + kBoxRows * kContactLanes * block;
+    const float* high = low + 4 * kContactLanes;
+    const auto apart = [&](int axis) {
+      return (lanes(box[4 + axis]) < loadLanes(low + kContactLanes * axis)) |
+             (loadLanes(high + kContactLanes * axis) < lanes(box[axis]));
+    };
+    masks[block] = ~bitsOf((apart(0) | apart(1)) | (apart(2) | apart(3))) & 0xFFU;
+  }
+}
+
 constexpr ContactKernels kKernels = {
-    classify, respond, vertexDistances, triangleDistances, triangleDeviations};
+    classify, respond, vertexDistances, triangleDistances, triangleDeviations, boxesMeeting};
 
 }  // namespace
 }  // namespace bullet_ext

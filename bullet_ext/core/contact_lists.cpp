@@ -1,10 +1,12 @@
 #include "bullet_ext/core/contact_lists.h"
 
 #include "bullet_ext/core/contact_response.h"
+#include "bullet_ext/core/wide_kernels.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -66,9 +68,68 @@ float distanceBetween(const Box& a, const Box& b) {
   return std::max(gaps.head<3>().norm(), gaps[3]) / kRoundUp;
 }
 
-struct BoxedElement {
-  Box box;
-  int element = 0;
+/// Elements and their boxes, in blocks of lanes (ContactKernels::boxesMeeting).
+class BoxedElements {
+ public:
+  std::size_t size() const { return elements_.size(); }
+
+  int element(std::size_t i) const { return elements_[i]; }
+
+  Box box(std::size_t i) const {
+    Box box;
+    for (int axis = 0; axis < 4; ++axis) {
+      box.low[axis] = rows_[place(i, axis)];
+      box.high[axis] = rows_[place(i, 4 + axis)];
+    }
+    return box;
+  }
+
+  void add(int element, const Box& box) {
+    const std::size_t i = size();
+    if (i % kContactLanes == 0) {
+      // What is not filled in meets nothing.
+      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, kInfinity);
+      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, -kInfinity);
+    }
+    elements_.push_back(element);
+    for (int axis = 0; axis < 4; ++axis) {
+      rows_[place(i, axis)] = box.low[axis];
+      rows_[place(i, 4 + axis)] = box.high[axis];
+    }
+  }
+
+  /// Calls visit(element) for those from `first` on whose box meets the given one.
+  template <typename Visit>
+  void visitMeeting(
+      const Box& box, std::size_t first, const ContactKernels& kernels, const Visit& visit) {
+    Eigen::Array<float, kBoxRows, 1> query;
+    query << box.low, box.high;
+    const std::size_t firstBlock = first / kContactLanes;
+    masks_.resize(rows_.size() / (kBoxRows * kContactLanes));
+    kernels.boxesMeeting(
+        rows_.data() + firstBlock * kBoxRows * kContactLanes,
+        static_cast<std::int32_t>(masks_.size() - firstBlock),
+        query.data(),
+        masks_.data() + firstBlock);
+    for (std::size_t block = firstBlock; block < masks_.size(); ++block) {
+      for (std::uint32_t mask = masks_[block]; mask != 0; mask &= mask - 1) {
+        const std::size_t i = kContactLanes * block + at(std::countr_zero(mask));
+        if (i >= first) {
+          visit(elements_[i]);
+        }
+      }
+    }
+  }
+
+ private:
+  static std::size_t place(std::size_t i, int row) {
+    return i / kContactLanes * kBoxRows * kContactLanes + at(row) * kContactLanes +
+           i % kContactLanes;
+  }
+
+  std::vector<int> elements_;
+  std::vector<float> rows_;
+  std::vector<std::uint32_t> masks_;
 };
 
 /// Mean unit normal of a patch, row 3 is 0; 0 when it has none.
@@ -88,13 +149,13 @@ Eigen::Vector4f normalOf(
 
 /// The elements (columns of vertex indices) of a patch that are near a box.
 template <typename Elements>
-std::vector<BoxedElement> elementsNear(
+BoxedElements elementsNear(
     const Positions& x, const Elements& elements, const std::vector<int>& chosen, const Box& near) {
-  std::vector<BoxedElement> found;
+  BoxedElements found;
   for (const int e : chosen) {
     const Box box = boxOf(x, elements.col(e));
     if (box.overlaps(near)) {
-      found.push_back({box, e});
+      found.add(e, box);
     }
   }
   return found;
@@ -103,14 +164,22 @@ std::vector<BoxedElement> elementsNear(
 /// Makes one list: pairs nearer than thickness + reach.
 class ListBuilder {
  public:
-  ListBuilder(const ContactElements& elements, const Positions& x, float thickness, float reach)
-      : elements_(elements), x_(x), thickness_(thickness), range_(thickness + reach) {}
+  ListBuilder(
+      const ContactElements& elements,
+      const ContactKernels& kernels,
+      const Positions& x,
+      float thickness,
+      float reach)
+      : elements_(elements),
+        kernels_(kernels),
+        x_(x),
+        thickness_(thickness),
+        range_(thickness + reach) {}
 
   /// Vertices of a against triangles of b, whose boxes are given.
   void matchVertices(
       const ContactPatch& a, const Box& boxA, const ContactPatch& b, const Box& boxB) {
-    const std::vector<BoxedElement> faces =
-        elementsNear(x_, elements_.faces, b.faces, boxA.widened(range_));
+    BoxedElements faces = elementsNear(x_, elements_.faces, b.faces, boxA.widened(range_));
     const Box near = boxB.widened(range_);
     for (const int v : a.vertices) {
       const Box point = {x_.col(v), x_.col(v)};
@@ -122,12 +191,16 @@ class ListBuilder {
 
   void matchEdges(const ContactPatch& a, const Box& boxA, const ContactPatch& b, const Box& boxB) {
     const bool same = &a == &b;
-    const std::vector<BoxedElement> edges =
-        elementsNear(x_, elements_.edges, a.edges, boxB.widened(range_));
-    const std::vector<BoxedElement> others =
-        same ? edges : elementsNear(x_, elements_.edges, b.edges, boxA.widened(range_));
+    BoxedElements edges = elementsNear(x_, elements_.edges, a.edges, boxB.widened(range_));
+    if (same) {
+      for (std::size_t i = 0; i < edges.size(); ++i) {
+        offerEdge(edges.element(i), edges.box(i), edges, i + 1);
+      }
+      return;
+    }
+    BoxedElements others = elementsNear(x_, elements_.edges, b.edges, boxA.widened(range_));
     for (std::size_t i = 0; i < edges.size(); ++i) {
-      offerEdge(edges[i], std::span(others).subspan(same ? i + 1 : 0));
+      offerEdge(edges.element(i), edges.box(i), others, 0);
     }
   }
 
@@ -135,24 +208,20 @@ class ListBuilder {
   std::vector<float> wakeUp;
 
  private:
-  void offerVertex(int v, const Box& near, const std::vector<BoxedElement>& faces) {
-    for (const BoxedElement& face : faces) {
-      if (face.box.overlaps(near)) {
-        const auto f = elements_.faces.col(face.element);
-        offer(PairKind::kVertexTriangle, {v, f[0], f[1], f[2]});
-      }
-    }
+  void offerVertex(int v, const Box& near, BoxedElements& faces) {
+    faces.visitMeeting(near, 0, kernels_, [&](int face) {
+      const auto f = elements_.faces.col(face);
+      offer(PairKind::kVertexTriangle, {v, f[0], f[1], f[2]});
+    });
   }
 
-  void offerEdge(const BoxedElement& edge, std::span<const BoxedElement> others) {
-    const Box near = edge.box.widened(range_);
-    const auto e = elements_.edges.col(edge.element);
-    for (const BoxedElement& other : others) {
-      if (other.box.overlaps(near)) {
-        const auto f = elements_.edges.col(other.element);
-        offer(PairKind::kEdgeEdge, {e[0], e[1], f[0], f[1]});
-      }
-    }
+  /// Against others from `first` on.
+  void offerEdge(int edge, const Box& box, BoxedElements& others, std::size_t first) {
+    const auto e = elements_.edges.col(edge);
+    others.visitMeeting(box.widened(range_), first, kernels_, [&](int other) {
+      const auto f = elements_.edges.col(other);
+      offer(PairKind::kEdgeEdge, {e[0], e[1], f[0], f[1]});
+    });
   }
 
   void offer(PairKind kind, const std::array<int, 4>& v) {
@@ -191,6 +260,7 @@ class ListBuilder {
   }
 
   const ContactElements& elements_;
+  const ContactKernels& kernels_;
   const Positions& x_;
   float thickness_;
   float range_;
@@ -220,7 +290,10 @@ std::vector<std::pair<int, int>> overlappingPairs(const std::vector<Box>& boxes)
 }  // namespace
 
 ContactLists::ContactLists(const ContactElements& elements, const ContactListsOptions& options)
-    : elements_(elements), options_(options), motions_(elements.patches.size()) {
+    : elements_(elements),
+      kernels_(wideKernelsSupported() ? wideContactKernels() : portableContactKernels()),
+      options_(options),
+      motions_(elements.patches.size()) {
   largestThickness_ = elements.thickness.size() > 0 ? elements.thickness.maxCoeff() : 0.0F;
 }
 
@@ -308,6 +381,7 @@ void ContactLists::build(List& list, const Positions& start, ContactCounters& co
       2.0F * list.examined);
   list.pairs.clear();
   list.wakeUp.clear();
+  list.firstWakeUp = kInfinity;
   addCoordinate(start, patch1, normals_[at(list.patch1)]);
   addCoordinate(start, patch2, normals_[at(list.patch1)]);
   const Box box1 = boxOf(slanted_, patch1.corners);
@@ -317,7 +391,7 @@ void ContactLists::build(List& list, const Positions& start, ContactCounters& co
     list.reach = apart - thickness;
     return;
   }
-  ListBuilder builder(elements_, slanted_, thickness, list.reach);
+  ListBuilder builder(elements_, kernels_, slanted_, thickness, list.reach);
   builder.matchVertices(patch1, box1, patch2, box2);
   if (list.patch1 != list.patch2) {
     builder.matchVertices(patch2, box2, patch1, box1);
@@ -325,18 +399,25 @@ void ContactLists::build(List& list, const Positions& start, ContactCounters& co
   builder.matchEdges(patch1, box1, patch2, box2);
   list.pairs = std::move(builder.pairs);
   list.wakeUp = std::move(builder.wakeUp);
+  list.firstWakeUp =
+      list.wakeUp.empty() ? kInfinity : *std::min_element(list.wakeUp.begin(), list.wakeUp.end());
   counters.pairsListed += static_cast<std::int64_t>(list.pairs.size());
 }
 
 void ContactLists::wake(std::size_t index, std::vector<PairName>& awake) {
   List& list = lists_[index];
   const float limit = list.consumed + list.examined;
+  if (list.firstWakeUp >= limit) {
+    return;
+  }
+  list.firstWakeUp = kInfinity;
   for (std::size_t k = 0; k < list.wakeUp.size(); ++k) {
     if (list.wakeUp[k] < limit) {
       list.wakeUp[k] = kInfinity;
       ++list.awake;
       awake.push_back({static_cast<int>(index), static_cast<int>(k)});
     }
+    list.firstWakeUp = std::min(list.firstWakeUp, list.wakeUp[k]);
   }
 }
 
@@ -388,6 +469,7 @@ void ContactLists::sleep(const std::vector<PairName>& awake) {
   for (const PairName& name : awake) {
     List& list = lists_[at(name.list)];
     list.wakeUp[at(name.index)] = -kInfinity;
+    list.firstWakeUp = -kInfinity;
     list.awake = 0;
   }
   for (List& list : lists_) {
@@ -406,7 +488,9 @@ void ContactLists::advance() {
 
 void ContactLists::setClearance(const PairName& name, float clearance) {
   List& list = lists_[at(name.list)];
-  list.wakeUp[at(name.index)] = list.consumed + clearance;
+  const float wakeUp = list.consumed + clearance;
+  list.wakeUp[at(name.index)] = wakeUp;
+  list.firstWakeUp = std::min(list.firstWakeUp, wakeUp);
 }
 
 }  // namespace bullet_ext

@@ -1,12 +1,14 @@
 #pragma once
 
 #include "bullet_ext/core/contact_elements.h"
+#include "bullet_ext/core/contact_kernels.h"
 #include "bullet_ext/core/continuous_collision.h"
 
 #include <Eigen/Core>
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 /// Which pairs of elements may come near, found again and again at little cost.
@@ -109,6 +111,7 @@ class ContactLists {
     float step = 0.0F;           ///< of the running substep
     float examined = 0.0F;       ///< step for which its pairs have been collected
     int awake = 0;
+    float firstWakeUp = std::numeric_limits<float>::infinity();  ///< least of `wakeUp`
     std::vector<float> wakeUp;  ///< per pair: value of `consumed` at which to look; infinite: awake
     std::vector<ListedPair> pairs;
   };
@@ -127,6 +130,7 @@ class ContactLists {
   void wake(std::size_t list, std::vector<PairName>& awake);
 
   const ContactElements& elements_;
+  const ContactKernels& kernels_;
   ContactListsOptions options_;
   float largestThickness_ = 0.0F;
   std::vector<Motion> motions_;           ///< of the patches in the running substep

@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace bullet_ext {
@@ -39,6 +41,21 @@ inline PairPoints<float> cornersAt(
   corners << positions.col(vertices[0]).head<3>(), positions.col(vertices[1]).head<3>(),
       positions.col(vertices[2]).head<3>(), positions.col(vertices[3]).head<3>();
   return corners;
+}
+
+/// separation() of a pair where it is: most pairs are looked at for nothing more.
+inline float separationAt(
+    PairKind kind,
+    const Eigen::Matrix4Xf& positions,
+    const std::array<int, 4>& vertices,
+    const Eigen::Vector3f& axis) {
+  const auto along = [&](std::size_t k) {
+    const float* x = positions.data() + 4 * std::ptrdiff_t{vertices[k]};
+    return x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2];
+  };
+  return kind == PairKind::kVertexTriangle
+             ? along(0) - std::max(along(1), std::max(along(2), along(3)))
+             : std::min(along(0), along(1)) - std::max(along(2), along(3));
 }
 
 Contact makeContact(

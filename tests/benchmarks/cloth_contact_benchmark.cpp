@@ -20,7 +20,7 @@ double processorSeconds() {
 }
 
 /// Runs a scene frame by frame; reports the mean and the worst frame, and what was done.
-void run(const std::string& name, const std::function<void(ContactScene&)>& make, int frames) {
+void runScene(const std::string& name, const std::function<void(ContactScene&)>& make, int frames) {
   ContactScene scene;
   make(scene);
   scene.start();
@@ -74,9 +74,16 @@ void run(const std::string& name, const std::function<void(ContactScene&)>& make
 
 }  // namespace
 
-/// Time of contacts between and within garments beside that of their springs and hinges.
-int main() {
+/// Time of contacts between and within garments beside that of their springs and hinges. With an
+/// argument only of the scenes whose name contains it, for profiling.
+int main(int argc, char** argv) {
   namespace test = bullet_ext::test;
+  const std::string wanted = argc > 1 ? argv[1] : "";
+  const auto run = [&](const std::string& name, const auto& make, int frames) {
+    if (name.find(wanted) != std::string::npos) {
+      runScene(name, make, frames);
+    }
+  };
   benchmark::reportCalibration();
   run(
       "two free tubes", [](ContactScene& s) { test::concentricTubes(s, 64, false); }, 6);
