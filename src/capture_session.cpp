@@ -1,0 +1,342 @@
+#include "src/capture_session.h"
+
+#include "avatar/avatar_pose.h"
+#include "avatar/motion.h"
+#include "bullet_ext/core/stability.h"
+#include "src/simulation/cloth_setup.h"
+#include "src/simulation/stable_hinges.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace simulcap {
+namespace {
+
+constexpr double kDressingRate = 30.0;  // frames per second of dressing
+constexpr double kStabilitySafety = 0.6;
+
+class StopWatch {
+ public:
+  /// Since the beginning or the last call [ms].
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double result = std::chrono::duration<double, std::milli>(now - start_).count();
+    start_ = now;
+    return result;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+void require(bool valid, const char* problem) {
+  if (!valid)
+    throw std::invalid_argument(std::string("CaptureOptions: ") + problem);
+}
+
+/// As gt/labels name the garments; kBackground for those that could be either.
+PixelLabel labelOf(const std::string& name) {
+  for (const char* upper : {"upper", "dress", "tshirt", "shirt"}) {
+    if (name == upper)
+      return kUpper;
+  }
+  for (const char* lower : {"lower", "trousers", "shorts", "skirt"}) {
+    if (name == lower)
+      return kLower;
+  }
+  return kBackground;
+}
+
+bullet_ext::CaptureGarment captureGarment(const avatar::Garment& garment, double substep) {
+  bullet_ext::CaptureGarment result;
+  result.vertices = garment.mesh.vertices;
+  result.faces = garment.mesh.faces;
+  result.material = clothMaterial(garment.cloth);
+  result.mesh.pins = garment.pins;
+  result.mesh.edgeStretchStiffness = garment.cloth.edgeStretchStiffness;
+  result.mesh.hingeTorsionStiffness = stableHinges(garment, substep);
+  result.mesh.vertexMasses = garment.cloth.vertexMasses;
+  result.layer = garment.layer;
+  return result;
+}
+
+/// The pose a garment was made in, where the person stands and facing as it does.
+avatar::BodyPose dressingPose(const avatar::Garment& garment, const avatar::BodyPose& first) {
+  avatar::BodyPose pose = garment.bindPose;
+  pose.translation = first.translation;
+  pose.jointRotations.head<3>() = Eigen::Vector3d(0.0, avatar::heading(first), 0.0);
+  return pose;
+}
+
+std::vector<float> distances(const GarmentTargets& targets) {
+  std::vector<float> result;
+  result.reserve(targets.residuals.size());
+  for (const float residual : targets.residuals)
+    result.push_back(std::abs(residual));
+  return result;
+}
+
+}  // namespace
+
+const std::vector<std::string>& captureMethodNames() {
+  static const std::vector<std::string> names = {"simulcap", "simulate-only", "skinning"};
+  return names;
+}
+
+CaptureOptions CaptureOptions::literal() {
+  CaptureOptions options;
+  options.fitRounds = 10;
+  options.fitIterations = 10;
+  options.fitSubstep = 1.0 / 3000.0;
+  options.view.blendRadius = 0.05;
+  options.steadiness.gain = 1.0;
+  options.force.mode = bullet_ext::DepthForceMode::kLiteral;
+  return options;
+}
+
+void CaptureOptions::validate() const {
+  require(
+      substepDuration >= 1e-5 && substepDuration <= 1e-2,
+      "substepDuration must be within [1e-5, 1e-2] s");
+  require(fitRounds >= 1 && fitRounds <= 100, "fitRounds must be within [1, 100]");
+  require(fitIterations >= 1 && fitIterations <= 1000, "fitIterations must be within [1, 1000]");
+  require(fitSubstep >= 1e-5 && fitSubstep <= 1e-2, "fitSubstep must be within [1e-5, 1e-2] s");
+  require(
+      dressingSeconds >= 0.0 && dressingSeconds <= 10.0, "dressingSeconds must be within [0, 10]");
+  view.validate();
+  targets.validate();
+  steadiness.validate();
+  force.validate();
+}
+
+struct CaptureSession::Layer {
+  const avatar::Garment& garment;
+  PixelLabel label;
+  SteadyTargets steady;
+  avatar::SurfaceAttachment pins;  // empty without pins
+  Eigen::Matrix3Xd vertices;       // 3 × N [m], as last read from the world
+  Eigen::Matrix3Xd reference;      // 3 × N [m], as it follows the body
+};
+
+CaptureSession::CaptureSession(
+    const CapturePerson& person,
+    const avatar::Camera& camera,
+    const CaptureOptions& options,
+    int threads)
+    : person_(person),
+      camera_(camera),
+      options_(options),
+      skinning_(person.model),
+      shaped_(skinning_.shape(person.avatar.body.betas)),
+      viewer_(camera, options.view) {
+  options.validate();
+  if (person.avatar.body.mesh.numVertices() == shaped_.vertices.cols())
+    shaped_.vertices = person.avatar.body.mesh.vertices;  // with the person's own details
+  bullet_ext::CaptureSetup setup;
+  for (const avatar::Garment& garment : person.avatar.garments) {
+    setup.garments.push_back(captureGarment(garment, options.substepDuration));
+    layers_.push_back(
+        {garment,
+         labelOf(garment.name),
+         SteadyTargets(garment.mesh.numVertices(), options.steadiness),
+         attachedPins(garment),
+         {},
+         {}});
+  }
+  setup.bodyFaces = person.model.faces;
+  setup.numBodyVertices = person.model.numVertices();
+  setup.garmentContact = options.garmentContact && layers_.size() > 1;
+  setup.simulation.stepper.threads = threads;
+  try {
+    world_ = std::make_unique<bullet_ext::CaptureWorld>(setup);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(std::string("the avatar can't be simulated: ") + error.what());
+  }
+  largestSubstep_ = 1.0;
+  for (int i = 0; i < world_->numGarments(); ++i)
+    largestSubstep_ = std::min(
+        largestSubstep_,
+        bullet_ext::stability(world_->mesh(i), {.safety = kStabilitySafety}).largestSubstep);
+}
+
+CaptureSession::~CaptureSession() = default;
+
+CapturedFrame CaptureSession::processFrame(const ObservedFrame& frame) {
+  StopWatch watch;
+  CapturedFrame result{.pose = frame.body.pose, .status = frame.body.status};
+  result.bodyVertices = bodySurface(frame.body.pose);
+  result.times.bodySurface = watch.lap();
+  if (options_.method == CaptureMethod::kSkinning) {
+    follow(frame.body.pose, result);
+    return result;
+  }
+  if (!dressed_)
+    dress(frame.body.pose);
+  watch.lap();
+  result.stable = simulate(result.bodyVertices, frame.duration);
+  result.times.simulation = watch.lap();
+  fit(frame, result);
+  result.times.fitting = watch.lap() - result.times.view;
+  return result;
+}
+
+/// In the pose the garment was made in, in which its mesh lies on the body.
+avatar::SurfaceAttachment CaptureSession::attachedPins(const avatar::Garment& garment) const {
+  if (garment.pins.empty())
+    return {};
+  const Eigen::Matrix3Xd body = bodySurface(garment.bindPose);
+  return {garment.mesh.vertices(Eigen::all, garment.pins), {body, person_.model.faces}};
+}
+
+Eigen::Matrix3Xd CaptureSession::bodySurface(const avatar::BodyPose& pose) const {
+  return skinning_.pose(shaped_, pose).vertices;
+}
+
+Eigen::Matrix3Xd CaptureSession::skinned(int garment, const avatar::BodyPose& pose) const {
+  return avatar::posedVertices(
+      layers_[static_cast<std::size_t>(garment)].garment, person_.avatar.body, pose);
+}
+
+int CaptureSession::substepsFor(double duration) const {
+  const double substep = std::min(options_.substepDuration, largestSubstep_);
+  return std::max(1, static_cast<int>(std::ceil(duration / substep - 0.01)));
+}
+
+/// The clothes are put on in the pose they were made in, and the body moves from there to the first
+/// frame's pose.
+void CaptureSession::dress(const avatar::BodyPose& pose) {
+  dressed_ = true;
+  if (layers_.empty())
+    return;
+  const avatar::BodyPose begin = dressingPose(layers_.front().garment, pose);
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    const Eigen::Matrix3Xd start = skinned(i, begin);
+    world_->setState(i, start, Eigen::Matrix3Xd::Zero(3, start.cols()));
+  }
+  world_->placeBody(bodySurface(begin));
+  const int moving = static_cast<int>(std::lround(options_.dressingSeconds * kDressingRate));
+  for (int i = 1; i <= moving + moving / 2; ++i) {
+    const double share = static_cast<double>(i) / moving;
+    const avatar::BodyPose next = avatar::interpolated(begin, pose, avatar::minimumJerk(share));
+    simulate(bodySurface(next), 1.0 / kDressingRate);
+  }
+}
+
+bool CaptureSession::simulate(const Eigen::Matrix3Xd& body, double duration) {
+  const avatar::MeshView surface(body, person_.model.faces);
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    const Layer& layer = layers_[static_cast<std::size_t>(i)];
+    if (!layer.garment.pins.empty())
+      world_->movePins(i, layer.pins.points(surface));
+  }
+  const bullet_ext::FrameReport report = world_->step(body, duration, substepsFor(duration));
+  bodyVertices_ = body;
+  for (int i = 0; i < world_->numGarments(); ++i)
+    layers_[static_cast<std::size_t>(i)].vertices = world_->vertices(i);
+  return report.stable;
+}
+
+void CaptureSession::follow(const avatar::BodyPose& pose, CapturedFrame& result) const {
+  for (int i = 0; i < static_cast<int>(layers_.size()); ++i) {
+    CapturedGarment garment;
+    garment.vertices = skinned(i, pose);
+    garment.provenance.assign(static_cast<std::size_t>(garment.vertices.cols()), 0);
+    result.garments.push_back(std::move(garment));
+  }
+}
+
+std::vector<GarmentView> CaptureSession::view(const Eigen::Matrix3Xd& body) {
+  std::vector<avatar::MeshView> garments;
+  for (const Layer& layer : layers_)
+    garments.emplace_back(layer.vertices, layer.garment.mesh.faces);
+  return viewer_(avatar::MeshView(body, person_.model.faces), garments);
+}
+
+std::vector<GarmentTargets> CaptureSession::findTargets(
+    const std::vector<GarmentView>& views, const DepthCloud& cloud) const {
+  std::vector<GarmentTargets> targets;
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    const avatar::MeshView mesh(layers_[i].vertices, layers_[i].garment.mesh.faces);
+    targets.push_back(depthTargets(
+        {.mesh = mesh, .view = views[i], .label = layers_[i].label},
+        camera_,
+        cloud,
+        options_.targets));
+  }
+  return targets;
+}
+
+void CaptureSession::pull(const std::vector<GarmentTargets>& targets) {
+  const double substep = std::min(options_.fitSubstep, largestSubstep_);
+  std::vector<std::unique_ptr<bullet_ext::DepthFittingForce>> forces;
+  std::vector<const bullet_ext::ExternalForce*> pulling;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    forces.push_back(std::make_unique<bullet_ext::DepthFittingForce>(
+        world_->mesh(static_cast<int>(i)), targets[i].targets, substep, options_.force));
+    pulling.push_back(forces.back().get());
+  }
+  world_->fit(pulling, {.iterations = options_.fitIterations, .substepDuration = substep});
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    layers_[i].vertices = world_->vertices(static_cast<int>(i));
+}
+
+void CaptureSession::fit(const ObservedFrame& frame, CapturedFrame& result) {
+  StopWatch watch;
+  const std::vector<GarmentView> views = view(result.bodyVertices);
+  result.times.view = watch.lap();
+  std::vector<GarmentTargets> targets = findTargets(views, frame.cloud);
+  for (const GarmentTargets& found : targets)
+    result.garments.push_back({.errorsBefore = distances(found), .rejected = found.rejected});
+  const bool fitted = options_.method == CaptureMethod::kSimulcap &&
+                      frame.body.status != TrackingStatus::kLost && !layers_.empty();
+  for (std::size_t i = 0; fitted && i < layers_.size(); ++i)
+    layers_[i].reference = skinned(static_cast<int>(i), frame.body.pose);
+  for (int round = 0; fitted && round < options_.fitRounds; ++round) {
+    for (std::size_t i = 0; i < layers_.size(); ++i)
+      layers_[i].steady.steady(targets[i], layers_[i].reference, camera_);
+    pull(targets);
+    targets = findTargets(views, frame.cloud);
+  }
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    CapturedGarment& garment = result.garments[i];
+    garment.errorsAfter = distances(targets[i]);
+    garment.vertices = layers_[i].vertices;
+    garment.provenance.assign(static_cast<std::size_t>(garment.vertices.cols()), 0);
+    if (!fitted)
+      continue;
+    layers_[i].steady.endFrame();
+    for (const bullet_ext::DepthTarget& target : targets[i].targets)
+      garment.provenance[static_cast<std::size_t>(target.vertex)] =
+          static_cast<std::uint8_t>(std::lround(255.0F * target.blend));
+  }
+}
+
+CaptureState CaptureSession::state() const {
+  CaptureState state{.bodyVertices = bodyVertices_};
+  for (int i = 0; i < world_->numGarments(); ++i)
+    state.garments.push_back(
+        {world_->vertices(i),
+         world_->velocities(i),
+         layers_[static_cast<std::size_t>(i)].steady.state()});
+  return state;
+}
+
+void CaptureSession::restore(const CaptureState& state) {
+  if (state.garments.size() != layers_.size())
+    throw std::invalid_argument("CaptureSession: the state is of another avatar");
+  bodyVertices_ = state.bodyVertices;
+  if (bodyVertices_.cols() == 0)
+    return;
+  dressed_ = true;
+  world_->placeBody(bodyVertices_);
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    const CaptureState::Garment& garment = state.garments[static_cast<std::size_t>(i)];
+    world_->setState(i, garment.positions, garment.velocities);
+    layers_[static_cast<std::size_t>(i)].steady.restore(garment.offsets);
+  }
+}
+
+}  // namespace simulcap

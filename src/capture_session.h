@@ -1,0 +1,159 @@
+#pragma once
+
+#include "avatar/body_model.h"
+#include "avatar/geometry/camera.h"
+#include "avatar/layered_avatar.h"
+#include "avatar/skinning.h"
+#include "avatar/surface_attachment.h"
+#include "bullet_ext/capture_world.h"
+#include "src/fitting/depth_targets.h"
+#include "src/fitting/layer_view.h"
+#include "src/fitting/steady_targets.h"
+#include "src/input/depth_cloud.h"
+#include "src/tracking/tracked_body.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace simulcap {
+
+/// How garments get from frame to frame.
+enum class CaptureMethod {
+  kSimulcap,      ///< simulated, then fitted to depth
+  kSimulateOnly,  ///< simulated
+  kSkinning       ///< follow the body's joints
+};
+
+/// "simulcap", "simulate-only", "skinning", in the order of the enumeration.
+const std::vector<std::string>& captureMethodNames();
+
+struct CaptureOptions {
+  CaptureMethod method = CaptureMethod::kSimulcap;
+  double substepDuration = 1.0 / 3000.0;  ///< of the simulation [s], 1e-5 … 1e-2; the paper's
+  int fitRounds = 3;           ///< correspondences are looked for anew in each, 1 … 100
+  int fitIterations = 10;      ///< substeps in each round, 1 … 1000
+  double fitSubstep = 0.0005;  ///< [s], 1e-5 … 1e-2; shortened where the cloth wouldn't bear it
+  LayerViewOptions view;
+  DepthTargetOptions targets;
+  SteadyTargetOptions steadiness;
+  bullet_ext::DepthForceOptions force;
+  bool garmentContact = true;    ///< garments don't pass through each other
+  double dressingSeconds = 1.0;  ///< simulated from the A-pose to the first pose, 0 … 10
+
+  /// SimulCap's own: 100 + 100 substeps, eq. (3) as printed, clamped; no filter over time.
+  static CaptureOptions literal();
+
+  /// Throws std::invalid_argument that names the field outside its range.
+  void validate() const;
+};
+
+/// A person and its clothes as they go into a capture. The body is the model's; `avatar` may have
+/// details of its own, when it has the model's vertices.
+struct CapturePerson {
+  const avatar::BodyModel& model;
+  const avatar::LayeredAvatar& avatar;
+};
+
+/// What a frame is captured from.
+struct ObservedFrame {
+  double duration = 1.0 / 30.0;  ///< since the frame before [s]
+  DepthCloud cloud;              ///< of the session's camera
+  TrackedBody body;
+};
+
+/// Wall time of the stages of one frame [ms].
+struct FrameTimes {
+  double bodySurface = 0.0, simulation = 0.0, view = 0.0, fitting = 0.0;
+};
+
+struct CapturedGarment {
+  Eigen::Matrix3Xd vertices;             ///< 3 × N [m], in the world
+  std::vector<std::uint8_t> provenance;  ///< N: 0 simulated … 255 fitted to depth
+  std::vector<float> errorsBefore;       ///< of visible vertices before the fit, along the ray [m]
+  std::vector<float> errorsAfter;        ///< of visible vertices after it
+  RejectedTargets rejected;
+};
+
+struct CapturedFrame {
+  avatar::BodyPose pose;
+  TrackingStatus status = TrackingStatus::kTracked;
+  Eigen::Matrix3Xd bodyVertices;  ///< 3 × V [m]
+  std::vector<CapturedGarment> garments;
+  FrameTimes times;
+  bool stable = true;  ///< false: the cloth blew up and stands still
+};
+
+/// All that the session remembers from frame to frame, so that a capture can be resumed.
+struct CaptureState {
+  struct Garment {
+    Eigen::Matrix3Xd positions;   ///< 3 × N [m]
+    Eigen::Matrix3Xd velocities;  ///< 3 × N [m/s]
+    Eigen::VectorXf offsets;      ///< N: SteadyTargets::state()
+  };
+
+  Eigen::Matrix3Xd bodyVertices;  ///< 3 × V [m]; 3 × 0: before the first frame
+  std::vector<Garment> garments;
+};
+
+/// Captures a dressed person's clothes frame by frame (SimulCap 4.2): simulate on the moving body,
+/// then fit to depth as a physical process. Same calls, same results for any number of threads.
+class CaptureSession {
+ public:
+  /// The camera is in the capture's world. Keeps references to the person. Throws
+  /// std::invalid_argument for invalid options or an avatar that doesn't fit the model,
+  /// std::runtime_error for a garment that can't be simulated.
+  CaptureSession(
+      const CapturePerson& person,
+      const avatar::Camera& camera,
+      const CaptureOptions& options,
+      int threads);
+  ~CaptureSession();
+  CaptureSession(const CaptureSession&) = delete;
+  CaptureSession& operator=(const CaptureSession&) = delete;
+  CaptureSession(CaptureSession&&) = delete;
+  CaptureSession& operator=(CaptureSession&&) = delete;
+
+  /// The next frame. In the first one the person is dressed: simulated from the A-pose. A lost body
+  /// is believed, but nothing is fitted.
+  CapturedFrame processFrame(const ObservedFrame& frame);
+
+  CaptureState state() const;
+
+  /// To go on from where another session of the same person, camera and options stood.
+  void restore(const CaptureState& state);
+
+ private:
+  struct Layer;
+
+  avatar::SurfaceAttachment attachedPins(const avatar::Garment& garment) const;
+  Eigen::Matrix3Xd bodySurface(const avatar::BodyPose& pose) const;
+  Eigen::Matrix3Xd skinned(int garment, const avatar::BodyPose& pose) const;
+  void dress(const avatar::BodyPose& pose);
+  bool simulate(const Eigen::Matrix3Xd& body, double duration);
+  void follow(const avatar::BodyPose& pose, CapturedFrame& result) const;
+  void fit(const ObservedFrame& frame, CapturedFrame& result);
+  std::vector<GarmentView> view(const Eigen::Matrix3Xd& body);
+  std::vector<GarmentTargets> findTargets(
+      const std::vector<GarmentView>& views, const DepthCloud& cloud) const;
+  void pull(const std::vector<GarmentTargets>& targets);
+  int substepsFor(double duration) const;
+
+  CapturePerson person_;
+  avatar::Camera camera_;
+  CaptureOptions options_;
+  avatar::Skinning skinning_;
+  avatar::ShapedBody shaped_;
+  std::unique_ptr<bullet_ext::CaptureWorld> world_;
+  LayerViewer viewer_;
+  std::vector<Layer> layers_;
+  double largestSubstep_ = 0.0;  // that every garment bears [s]
+  bool dressed_ = false;
+  Eigen::Matrix3Xd bodyVertices_;  // of the last frame
+};
+
+}  // namespace simulcap

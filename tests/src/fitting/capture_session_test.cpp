@@ -1,0 +1,134 @@
+#include "src/capture_session.h"
+
+#include "avatar/avatar_body.h"
+#include "avatar/default_body/embedded_body.h"
+#include "tests/support/sample_avatar.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace simulcap {
+namespace {
+
+/// Height of the built-in body's pelvis at rest [m].
+double hip() {
+  static const double height =
+      avatar::makeAvatarBody(avatar::defaultBody(), Eigen::VectorXd::Zero(10))
+          .joints(1, avatar::kPelvis);
+  return height;
+}
+
+avatar::Camera frontCamera() {
+  avatar::Camera camera{
+      .width = 160, .height = 120, .fx = 130.0, .fy = 130.0, .cx = 79.5, .cy = 59.5};
+  camera.cameraFromWorld = avatar::lookAt(
+      Eigen::Vector3d(0.0, hip() + 0.1, 1.8), Eigen::Vector3d(0.0, hip() + 0.1, 0.0));
+  return camera;
+}
+
+/// What the camera measures of some meshes that are `nearer` [m] than they seem.
+DepthCloud measured(const avatar::RasterImage& image, const avatar::Camera& camera, float nearer) {
+  DepthCloud cloud;
+  cloud.width = image.width;
+  cloud.height = image.height;
+  cloud.depth = image.depth;
+  cloud.person.assign(cloud.depth.size(), 0);
+  cloud.points.setZero(3, static_cast<Eigen::Index>(cloud.depth.size()));
+  for (int y = 0; y < cloud.height; ++y) {
+    for (int x = 0; x < cloud.width; ++x) {
+      const std::size_t pixel = cloud.index(x, y);
+      if (cloud.depth[pixel] == 0.0F)
+        continue;
+      cloud.depth[pixel] -= nearer;
+      cloud.person[pixel] = 1;
+      cloud.points.col(static_cast<Eigen::Index>(pixel)) =
+          (avatar::rayInCamera(camera, x, y) * static_cast<double>(cloud.depth[pixel]))
+              .cast<float>();
+    }
+  }
+  return cloud;
+}
+
+class CapturedTube : public testing::Test {
+ protected:
+  CapturedTube() : model_(avatar::defaultBody()) {
+    avatar_.body = avatar::makeAvatarBody(model_, Eigen::VectorXd::Zero(model_.numBetas()));
+    avatar_.garments = {avatar::test::tubeGarment(
+        avatar_.body, "tube", {.bottom = hip() - 0.05, .top = hip() + 0.3}, avatar::BodyPose{})};
+    options_.dressingSeconds = 0.1;
+  }
+
+  /// Still, in the pose the tube was made in, with the cloth's depth 15 mm nearer than its mesh.
+  ObservedFrame still() const {
+    const avatar::Garment& tube = avatar_.garments.front();
+    ObservedFrame frame;
+    frame.body.status = TrackingStatus::kTracked;
+    frame.cloud = measured(avatar::rasterize(tube.mesh, frontCamera()), frontCamera(), 0.015F);
+    return frame;
+  }
+
+  std::vector<CapturedFrame> captured(CaptureMethod method, int numFrames) const {
+    CaptureOptions options = options_;
+    options.method = method;
+    CaptureSession session({model_, avatar_}, frontCamera(), options, 1);
+    std::vector<CapturedFrame> frames;
+    for (int i = 0; i < numFrames; ++i)
+      frames.push_back(session.processFrame(still()));
+    return frames;
+  }
+
+  static double meanError(const std::vector<float>& errors) {
+    double sum = 0.0;
+    for (const float error : errors)
+      sum += static_cast<double>(error);
+    return errors.empty() ? 0.0 : sum / static_cast<double>(errors.size());
+  }
+
+  const avatar::BodyModel& model_;
+  avatar::LayeredAvatar avatar_;
+  CaptureOptions options_;
+};
+
+TEST_F(CapturedTube, FitBringsVisibleClothToTheDepth) {
+  const CapturedGarment fitted = captured(CaptureMethod::kSimulcap, 4).back().garments.front();
+  const CapturedGarment free = captured(CaptureMethod::kSimulateOnly, 4).back().garments.front();
+  ASSERT_GT(fitted.errorsAfter.size(), 20U);
+  EXPECT_LT(meanError(fitted.errorsAfter), 0.5 * meanError(free.errorsAfter));
+  EXPECT_GT(*std::max_element(fitted.provenance.begin(), fitted.provenance.end()), 128);
+  EXPECT_EQ(*std::max_element(free.provenance.begin(), free.provenance.end()), 0);
+}
+
+TEST_F(CapturedTube, LostBodyIsNotFitted) {
+  CaptureSession session({model_, avatar_}, frontCamera(), options_, 1);
+  ObservedFrame frame = still();
+  frame.body.status = TrackingStatus::kLost;
+  const CapturedFrame result = session.processFrame(frame);
+  EXPECT_EQ(result.garments.front().errorsBefore, result.garments.front().errorsAfter);
+}
+
+TEST_F(CapturedTube, GoesOnFromAStateAsIfNeverInterrupted) {
+  const std::vector<CapturedFrame> whole = captured(CaptureMethod::kSimulcap, 4);
+  CaptureSession first({model_, avatar_}, frontCamera(), options_, 1);
+  first.processFrame(still());
+  first.processFrame(still());
+  CaptureSession second({model_, avatar_}, frontCamera(), options_, 1);
+  second.restore(first.state());
+  second.processFrame(still());
+  const CapturedFrame last = second.processFrame(still());
+  EXPECT_TRUE(last.garments.front().vertices == whole.back().garments.front().vertices);
+  EXPECT_EQ(last.garments.front().provenance, whole.back().garments.front().provenance);
+}
+
+TEST_F(CapturedTube, SkinnedTubeInItsOwnPoseIsItsMesh) {
+  const CapturedFrame frame = captured(CaptureMethod::kSkinning, 1).front();
+  EXPECT_LT(
+      (frame.garments.front().vertices - avatar_.garments.front().mesh.vertices)
+          .cwiseAbs()
+          .maxCoeff(),
+      1e-6);  // float32 in the avatar
+}
+
+}  // namespace
+}  // namespace simulcap
