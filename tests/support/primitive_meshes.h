@@ -18,7 +18,7 @@ constexpr double kPi = 3.14159265358979323846;
 /// Seeded uniform numbers in [−1, 1] (SplitMix64), the same on every machine.
 class Noise {
  public:
-  explicit Noise(std::uint64_t seed) : state_(seed) {}
+  explicit Noise(std::uint64_t randomSeed) : state_(randomSeed) {}
 
   double next() {
     std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ULL);
@@ -136,8 +136,8 @@ inline TriangleMesh rectangle(double width, double height, int columns, int rows
 }
 
 /// `count` unconnected triangles with random corners in [−1, 1]³ and edges of about `size` [m].
-inline TriangleMesh triangleSoup(int count, double size, std::uint64_t seed) {
-  Noise noise(seed);
+inline TriangleMesh triangleSoup(int count, double size, std::uint64_t randomSeed) {
+  Noise noise(randomSeed);
   TriangleMesh mesh;
   mesh.vertices.resize(3, Eigen::Index{3} * count);
   mesh.faces.resize(3, count);
