@@ -111,13 +111,11 @@ class BoxedElements {
         static_cast<std::int32_t>(masks_.size() - firstBlock),
         query.data(),
         masks_.data() + firstBlock);
+    if (firstBlock < masks_.size())
+      masks_[firstBlock] &= ~0U << (first % kContactLanes);
     for (std::size_t block = firstBlock; block < masks_.size(); ++block) {
-      for (std::uint32_t mask = masks_[block]; mask != 0; mask &= mask - 1) {
-        const std::size_t i = kContactLanes * block + at(std::countr_zero(mask));
-        if (i >= first) {
-          visit(elements_[i]);
-        }
-      }
+      for (std::uint32_t mask = masks_[block]; mask != 0; mask &= mask - 1)
+        visit(elements_[kContactLanes * block + at(std::countr_zero(mask))]);
     }
   }
 
