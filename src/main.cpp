@@ -50,6 +50,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addDemo(program, chosen);
   addRender(program, chosen);
   addSimulate(program, chosen);
+  addSynth(program, chosen);
   addCompare(program, chosen);
   addMeasure(program, chosen);
   addDress(program, chosen);

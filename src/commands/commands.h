@@ -36,5 +36,6 @@ void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
 void addRetarget(CLI::App& program, ChosenCommand& chosen);
 void addSimulate(CLI::App& program, ChosenCommand& chosen);
+void addSynth(CLI::App& program, ChosenCommand& chosen);
 
 }  // namespace simulcap

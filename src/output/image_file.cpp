@@ -21,6 +21,22 @@ cv::Mat viewOf(const avatar::ColorImage& image) {
   return {image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.rgb.data())};
 }
 
+std::string encoded(const char* format, const cv::Mat& image, const std::vector<int>& options) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(format, image, bytes, options))
+    throw std::runtime_error(std::string("a picture could not be encoded as ") + format);
+  return {bytes.begin(), bytes.end()};
+}
+
+template <class Value>
+std::string encodedGray(int width, int height, const std::vector<Value>& values, int type) {
+  if (width < 1 || height < 1 ||
+      values.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
+    throw std::invalid_argument("pngBytes: needs width × height values");
+  const cv::Mat view(height, width, type, const_cast<Value*>(values.data()));
+  return encoded(".png", view, {cv::IMWRITE_PNG_COMPRESSION, 1});
+}
+
 double fontScale(int height) {
   return cv::getFontScaleFromHeight(kFont, height, 1);
 }
@@ -91,6 +107,20 @@ void writePng(const std::string& path, const avatar::ColorImage& image) {
   if (!cv::imencode(".png", bgr, bytes, {cv::IMWRITE_PNG_COMPRESSION, 9}))
     throw avatar::FileError(path, "", "the picture could not be encoded as PNG");
   avatar::writeFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+std::string jpegBytes(const avatar::ColorImage& image) {
+  cv::Mat bgr;
+  cv::cvtColor(viewOf(image), bgr, cv::COLOR_RGB2BGR);
+  return encoded(".jpg", bgr, {cv::IMWRITE_JPEG_QUALITY, 95});
+}
+
+std::string pngBytes(int width, int height, const std::vector<std::uint8_t>& values) {
+  return encodedGray(width, height, values, CV_8UC1);
+}
+
+std::string pngBytes(int width, int height, const std::vector<std::uint16_t>& values) {
+  return encodedGray(width, height, values, CV_16UC1);
 }
 
 avatar::ColorImage readColorImage(const std::string& path) {

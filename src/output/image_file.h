@@ -3,12 +3,22 @@
 #include "avatar/geometry/shading.h"
 #include "src/output/drawing.h"
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace simulcap {
 
 /// Writes an 8-bit RGB PNG, whole or not at all. Throws avatar::FileError.
 void writePng(const std::string& path, const avatar::ColorImage& image);
+
+/// Bytes of an 8-bit RGB picture as JPEG of quality 95.
+std::string jpegBytes(const avatar::ColorImage& image);
+
+/// Bytes of a one-channel PNG of 8 or 16 bits per pixel, row-major. Throws std::invalid_argument
+/// when there aren't width × height values.
+std::string pngBytes(int width, int height, const std::vector<std::uint8_t>& values);
+std::string pngBytes(int width, int height, const std::vector<std::uint16_t>& values);
 
 /// Reads any 8-bit picture as RGB. Throws avatar::FileError when it is missing or damaged.
 avatar::ColorImage readColorImage(const std::string& path);

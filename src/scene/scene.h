@@ -173,6 +173,20 @@ struct SceneRoom {
   std::uint32_t seed = 0;
 };
 
+/// How the truth of a synthetic capture differs from the person that the scene describes, which is
+/// all that a capture may be told.
+struct SceneTruth {
+  double refinement = 2.2;  ///< edge lengths are divided by this
+  double stretch = 1.5;     ///< times stretch_k
+  double torsion = 0.4;     ///< times torsion_w
+  double mass = 0.6;        ///< times the mass per area
+  double friction = 1.5;
+  double softTissue = 0.01;  ///< largest offset of the skin [m]
+  double settleSeconds = 1.0;
+  std::uint32_t seed = 0;
+  int backStride = 1;  ///< frames from one picture of the hidden camera to the next
+};
+
 struct Scene {
   std::optional<SceneTime> time;  ///< absent: as long as the body's motion, else a still
   Eigen::Vector3d gravity = {0.0, -9.81, 0.0};  ///< [m/s²]
@@ -186,6 +200,7 @@ struct Scene {
   std::optional<SceneCamera> camera;
   std::optional<SceneSensor> sensor;
   std::optional<SceneRoom> room;
+  SceneTruth truth;
 };
 
 /// One of the paper's materials, bullet_ext::paperMaterial(), as a garment carries it. Throws

@@ -210,6 +210,61 @@ void describe(Visitor& v, SceneRoom& room) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, SceneTruth& truth) {
+  v.record(
+      "truth",
+      "What a synthetic capture (`simulcap synth`) shows instead of the scene's own cloth and "
+      "skin, so that whoever captures it doesn't know the answer beforehand. `avatar.glb` is the "
+      "person without this.");
+  v.field(
+      "refinement",
+      truth.refinement,
+      {.min = 1.0,
+       .max = 10.0,
+       .meaning = "Edges of worn cloth are this many times shorter, down to the wardrobe's 8 mm."});
+  v.field(
+      "stretch",
+      truth.stretch,
+      {.min = 0.01, .max = 100.0, .meaning = "Factor of the cloth's `stretch_k`."});
+  v.field(
+      "torsion",
+      truth.torsion,
+      {.min = 0.01, .max = 100.0, .meaning = "Factor of the cloth's `torsion_w`."});
+  v.field(
+      "mass",
+      truth.mass,
+      {.min = 0.01, .max = 100.0, .meaning = "Factor of the mass of the same area of cloth."});
+  v.field(
+      "friction",
+      truth.friction,
+      {.min = 0.0, .max = 100.0, .meaning = "Factor of the cloth's `friction`."});
+  v.field(
+      "soft_tissue",
+      truth.softTissue,
+      {.unit = "m",
+       .min = 0.0,
+       .max = 0.05,
+       .meaning = "Largest offset of the skin from the body model; smooth, partly with the pose."});
+  v.field(
+      "settle_seconds",
+      truth.settleSeconds,
+      {.unit = "s",
+       .min = 0.0,
+       .max = 60.0,
+       .meaning = "Time that clothes get to come to rest before frame 0."});
+  v.field(
+      "seed",
+      truth.seed,
+      {.min = 0, .max = kSeedMax, .meaning = "Another number, other skin and other prints."});
+  v.field(
+      "back_stride",
+      truth.backStride,
+      {.min = 1,
+       .max = 1000,
+       .meaning = "Frames from one picture of the hidden back camera to the next."});
+}
+
+template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
   v.record("scene", "The whole file.");
   v.field(
@@ -266,6 +321,11 @@ void describe(Visitor& v, Scene& scene) {
       {.defaultWords = "none: plain background, even light",
        .needs = "camera",
        .meaning = "What is around."});
+  v.field(
+      "truth",
+      scene.truth,
+      {.defaultWords = "its own defaults",
+       .meaning = "What a synthetic capture doesn't tell; `simulate` takes no notice."});
 }
 
 }  // namespace simulcap

@@ -197,13 +197,13 @@ void dressBody(const Scene& scene, Stage& stage) {
 }
 
 /// The body and how long it is on stage; no cloth yet.
-Stage emptyStage(const Scene& scene) {
+Stage emptyStage(const Scene& scene, const StageOptions& options) {
   Stage stage;
   const SceneTime time = scene.time.value_or(SceneTime{});
   stage.framesPerSecond = time.framesPerSecond;
   stage.numFrames = numFrames(time).value_or(1);
   if (scene.body) {
-    stage.body = std::make_unique<StagedBody>(*scene.body, time);
+    stage.body = std::make_unique<StagedBody>(*scene.body, time, options);
     stage.notes = stage.body->warnings();
     stage.numPrerollFrames = stage.body->numPrerollFrames();
     stage.numFrames = static_cast<int>(stage.body->poses().size()) - stage.numPrerollFrames;
@@ -227,7 +227,7 @@ void addCloths(const Scene& scene, Stage& stage) {
 
 }  // namespace
 
-StagedBody::StagedBody(const SceneBody& body, const SceneTime& time)
+StagedBody::StagedBody(const SceneBody& body, const SceneTime& time, const StageOptions& options)
     : model_(std::make_unique<avatar::BodyModel>(avatar::loadBody(body.model))),
       skinning_(std::make_unique<avatar::Skinning>(*model_)),
       betas_(betasOf(body, *model_)),
@@ -243,8 +243,10 @@ StagedBody::StagedBody(const SceneBody& body, const SceneTime& time)
   begin.translation.x() = shown.front().translation.x();
   begin.translation.z() = shown.front().translation.z();
   begin.jointRotations.head<3>() = Eigen::Vector3d(0.0, avatar::heading(shown.front()), 0.0);
+  numSettleFrames_ = static_cast<int>(std::lround(options.settleSeconds * time.framesPerSecond));
+  poses_.assign(static_cast<std::size_t>(numSettleFrames_), begin);
   if (!isClose(begin, shown.front())) {
-    poses_ = {begin};
+    poses_.push_back(begin);
     const auto between = bridge(begin, shown.front(), time.framesPerSecond);
     poses_.insert(poses_.end(), between.begin(), between.end());
   }
@@ -252,6 +254,8 @@ StagedBody::StagedBody(const SceneBody& body, const SceneTime& time)
   poses_.insert(poses_.end(), shown.begin(), shown.end());
   if (!body.softTissue.empty())
     loadSoftTissue(body.softTissue);
+  if (options.softTissue)
+    softTissue_ = options.softTissue(*model_, shaped_);
 }
 
 void StagedBody::loadSoftTissue(const std::string& path) {
@@ -269,21 +273,27 @@ void StagedBody::loadSoftTissue(const std::string& path) {
   if (!rows.allFinite())
     throw avatar::FileError(path, "offsets", "expected finite numbers");
   for (const auto& row : rows.rowwise())
-    softTissue_.push_back(row.reshaped(3, numVertices));
+    recordedTissue_.push_back(row.reshaped(3, numVertices));
 }
 
 Eigen::Matrix3Xd StagedBody::vertices(int frame) const {
   const avatar::BodyPose& pose = poses_.at(static_cast<std::size_t>(frame));
-  if (softTissue_.empty())
+  if (recordedTissue_.empty() && !softTissue_)
     return skinning_->pose(shaped_, pose).vertices;
-  const int shown = std::max(0, frame - numPrerollFrames_);
   avatar::ShapedBody soft = shaped_;
-  soft.vertices += softTissue_[std::min(static_cast<std::size_t>(shown), softTissue_.size() - 1)];
+  if (!recordedTissue_.empty()) {
+    const auto shown = static_cast<std::size_t>(std::max(0, frame - numPrerollFrames_));
+    soft.vertices += recordedTissue_[std::min(shown, recordedTissue_.size() - 1)];
+  }
+  if (softTissue_) {
+    const double grown = avatar::minimumJerk((frame + 1.0) / (numSettleFrames_ + 1.0));
+    soft.vertices += grown * softTissue_(pose);
+  }
   return skinning_->pose(soft, pose).vertices;
 }
 
-Stage setStage(const Scene& scene) {
-  Stage stage = emptyStage(scene);
+Stage setStage(const Scene& scene, const StageOptions& options) {
+  Stage stage = emptyStage(scene, options);
   if (scene.body)
     dressBody(scene, stage);
   addCloths(scene, stage);
@@ -306,7 +316,7 @@ Scene sceneOf(const avatar::LayeredAvatar& avatar, const SceneBody& body, const 
 Stage setStage(const Scene& scene, avatar::LayeredAvatar avatar) {
   if (!scene.body || scene.garments.size() != avatar.garments.size())
     throw std::invalid_argument("setStage: the scene is not the avatar's");
-  Stage stage = emptyStage(scene);
+  Stage stage = emptyStage(scene, {});
   stage.avatar = std::move(avatar);
   addCloths(scene, stage);
   return stage;

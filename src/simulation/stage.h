@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,11 +19,20 @@
 
 namespace simulcap {
 
+/// Offsets of a body's rest shape in a pose, 3 × V [m].
+using SoftTissue = std::function<Eigen::Matrix3Xd(const avatar::BodyPose&)>;
+
+struct StageOptions {
+  double settleSeconds = 0.0;  ///< of standing still at the beginning of the pre-roll [s], ≥ 0
+  /// Offsets of the skin of a shaped body, which grow from nothing while clothes settle; or empty.
+  std::function<SoftTissue(const avatar::BodyModel&, const avatar::ShapedBody&)> softTissue;
+};
+
 /// The person of a scene, frame by frame.
 class StagedBody {
  public:
   /// Throws avatar::FileError for files that can't be used.
-  StagedBody(const SceneBody& body, const SceneTime& time);
+  StagedBody(const SceneBody& body, const SceneTime& time, const StageOptions& options = {});
 
   const avatar::BodyModel& model() const { return *model_; }
 
@@ -30,7 +40,8 @@ class StagedBody {
 
   const Eigen::VectorXd& betas() const { return betas_; }
 
-  /// What happens before frame 0: from the A-pose, in which clothes are put on, to the first pose.
+  /// What happens before frame 0: clothes, put on in the A-pose, settle, then the body moves on to
+  /// the first pose.
   /// Frames are counted from there on.
   int numPrerollFrames() const { return numPrerollFrames_; }
 
@@ -51,7 +62,9 @@ class StagedBody {
   avatar::ShapedBody shaped_;
   std::vector<avatar::BodyPose> poses_;
   int numPrerollFrames_ = 0;
-  std::vector<Eigen::Matrix3Xd> softTissue_;  // per frame, added to the rest shape [m]; or none
+  std::vector<Eigen::Matrix3Xd> recordedTissue_;  // per frame, added to the rest shape [m]; or none
+  SoftTissue softTissue_;                         // the same from the pose; or empty
+  int numSettleFrames_ = 0;
   std::vector<std::string> warnings_;
 };
 
@@ -84,7 +97,7 @@ struct Stage {
 
 /// Makes body, motion and cloth of a scene. Throws avatar::FileError for files that can't be used,
 /// std::runtime_error for what the scene asks and can't be done.
-Stage setStage(const Scene& scene);
+Stage setStage(const Scene& scene, const StageOptions& options = {});
 
 /// A scene of an avatar's clothes on a body, whose garments have the names and parameters of the
 /// avatar's.

@@ -21,7 +21,16 @@ TEST(Program, HelpExplainsEveryVerb) {
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_EQ(help.err, "");
   for (const std::string verb :
-       {"compare", "demo", "dress", "render", "fit-prior", "fit-body", "measure", "retarget", "simulate"}) {
+       {"compare",
+        "demo",
+        "dress",
+        "render",
+        "fit-prior",
+        "fit-body",
+        "measure",
+        "retarget",
+        "simulate",
+        "synth"}) {
     EXPECT_NE(help.out.find("\n  " + verb + " "), std::string::npos) << verb;
     const ProgramRun own = runProgram({verb, "--help"});
     EXPECT_EQ(own.exitCode, 0) << verb;

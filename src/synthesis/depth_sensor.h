@@ -1,0 +1,57 @@
+#pragma once
+
+#include "avatar/geometry/camera.h"
+#include "src/scene/scene.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace simulcap {
+
+/// Kinect v1's axial noise at depth z [m] of a surface tilted by `angle` [rad], [m]: 0.0012 +
+/// 0.0019 (z − 0.4)² + 0.0001/√z · θ²/(π/2 − θ)² (Nguyen et al. 2012, eq. 3).
+double kinectAxialNoise(double z, double angle);
+
+/// Step from one depth to the next that Kinect v1 tells apart: an eighth of a pixel of disparity
+/// at a baseline of 75 mm and a focal length of 580 px (Khoshelham & Elberink 2012), [m].
+double kinectDepthStep(double z);
+
+/// Axial noise of a time-of-flight camera (as Kinect v2's, about 1.5 mm at 1 m and growing with the
+/// square of distance), [m].
+double timeOfFlightNoise(double z, double angle);
+
+/// Who measures a frame, and which one.
+struct SensedFrame {
+  SceneSensor sensor;
+  std::uint32_t frame = 0;
+};
+
+/// Exact depth (W·H [m] along z, 0 = nothing) as a sensor measures it; 0 = no measurement. The
+/// noise depends on seed, frame and pixel alone.
+///
+/// kKinectV1: axial noise, disparity in steps of 1/8 px, the shadow of the projector 75 mm to the
+/// right of the camera, silhouettes that jitter by 0.8 px, dropouts at grazing angles, 0.4 … 8 m.
+/// kTimeOfFlight: every pixel adds up the phases of what it covers (flying pixels at jumps), light
+/// that came over another surface (multi-path), axial noise, 0.3 … 7 m.
+///
+/// Throws std::invalid_argument when the depth isn't the camera's W·H pixels.
+std::vector<float> applySensor(
+    const std::vector<float>& depth, const avatar::Camera& camera, const SensedFrame& sensed);
+
+// The models' parts.
+
+/// Pixels without a point in the picture's own rows that the projector, `baseline` [m] to the
+/// right, doesn't see either.
+std::vector<std::uint8_t> projectorShadow(
+    const std::vector<float>& depth, const avatar::Camera& camera, double baseline);
+
+/// W·H angles between the surface and the line of sight's plane [rad]: 0 = seen face on. Taken on
+/// the surface's own side of jumps.
+std::vector<float> viewingAngles(const std::vector<float>& depth, const avatar::Camera& camera);
+
+/// Depth after light has gone over other surfaces: one bounce between patches of the picture, each
+/// of Lambert's reflection with the given albedo, phases added up. Never less than `depth`.
+std::vector<float> withMultiPath(
+    const std::vector<float>& depth, const avatar::Camera& camera, double albedo);
+
+}  // namespace simulcap
