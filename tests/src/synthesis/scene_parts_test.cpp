@@ -55,7 +55,7 @@ TEST(CaptureScenes, TruthIsFinerWithTheSameMassTimesItsFactor) {
 }
 
 TEST(SoftTissue, StaysWithinItsLargestOffsetAndLeavesHandsFeetAndHead) {
-  const avatar::BodyModel& model = avatar::embeddedBody();
+  const avatar::BodyModel model = avatar::defaultBody();
   const avatar::Skinning skinning(model);
   const avatar::ShapedBody shaped = skinning.shape(Eigen::VectorXd::Zero(model.numBetas()));
   const SoftTissue tissue = makeSoftTissue(model, shaped, {.largest = 0.01, .seed = 4});
@@ -66,8 +66,9 @@ TEST(SoftTissue, StaysWithinItsLargestOffsetAndLeavesHandsFeetAndHead) {
   EXPECT_GT(offsets.colwise().norm().maxCoeff(), 0.004);
   EXPECT_GT((tissue(bent) - offsets).colwise().norm().maxCoeff(), 1e-4);
   for (Eigen::Index v = 0; v < model.numVertices(); ++v) {
-    if (model.skinningWeights.coeff(v, avatar::kHead) > 0.999)
+    if (model.skinningWeights.coeff(v, avatar::kHead) > 0.999) {
       EXPECT_LT(offsets.col(v).norm(), 1e-4);
+    }
   }
   const SoftTissue other = makeSoftTissue(model, shaped, {.largest = 0.01, .seed = 5});
   EXPECT_GT((other(bent) - tissue(bent)).norm(), 1e-3);
@@ -100,8 +101,9 @@ TEST(Room, NothingStandsWhereThePersonMovesOrBeforeIt) {
       Eigen::AlignedBox3d box;
       for (const auto& vertex : thing.mesh.vertices.colwise())
         box.extend(Eigen::Vector3d(vertex));
-      if (box.sizes().maxCoeff() < 2.0)  // floor and walls are larger
+      if (box.sizes().maxCoeff() < 2.0) {  // floor and walls are larger
         EXPECT_TRUE(box.intersection(person).isEmpty() || box.max().y() < 1e-9) << seed;
+      }
     }
   }
 }
