@@ -92,7 +92,7 @@ Eigen::Matrix3Xd bodyColors(
   for (Eigen::Index v = 0; v < model.numVertices(); ++v) {
     const Eigen::Vector3d point = shaped.vertices.col(v);
     // Hair ends above the forehead in front and at the height of the joint behind.
-    const double forward = std::clamp((point.z() - headJoint.z()) / 0.06, -0.2, 0.75);
+    const double forward = std::clamp((point.z() - headJoint.z()) / 0.12, -0.2, 0.42);
     const bool onHead = weights(v, avatar::kHead) > 0.5;
     if (onHead && point.y() > headJoint.y() + (0.3 + forward) * (top - headJoint.y()))
       colors.col(v) = hair;
