@@ -1,7 +1,5 @@
 #include "avatar/io/npy.h"
 
-#include "avatar/io/npy_header.h"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -25,6 +23,8 @@ struct TypeInfo {
   std::string_view code;  ///< numpy's kind and size without the byte order
   std::int64_t itemSize;  ///< [bytes]; 0 for text, whose size is per array
 };
+
+constexpr std::int64_t kMaxEmptyItems = 1 << 10;
 
 constexpr std::array<TypeInfo, 11> kNumberTypes = {{
     {Type::kFloat32, "f4", 4},
@@ -114,33 +114,18 @@ std::int64_t checkedProduct(const std::vector<std::int64_t>& shape) {
   return overflow ? -1 : product;
 }
 
-struct HeaderSpan {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-};
-
-HeaderSpan locateHeader(const std::vector<std::uint8_t>& file) {
+/// Where the header's text begins [bytes]: after mark, version and its length.
+std::size_t headerTextOffset(std::span<const std::uint8_t> start) {
   constexpr std::array<std::uint8_t, 6> kMagic = {0x93, 'N', 'U', 'M', 'P', 'Y'};
-  if (file.size() < 10 || !std::equal(kMagic.begin(), kMagic.end(), file.begin())) {
+  if (start.size() < 10 || !std::equal(kMagic.begin(), kMagic.end(), start.begin())) {
     throw NpyFormatError("is no .npy array (the NUMPY mark at its start is missing)");
   }
-  const int version = file[6];
+  const int version = start[6];
   if (version < 1 || version > 3) {
     throw NpyFormatError(
         "has .npy format version " + std::to_string(version) + "; supported are 1, 2 and 3");
   }
-  const std::size_t lengthBytes = version == 1 ? 2 : 4;
-  HeaderSpan span;
-  span.begin = 8 + lengthBytes;
-  std::size_t length = 0;
-  for (std::size_t i = 0; i < lengthBytes && 8 + i < file.size(); ++i) {
-    length |= static_cast<std::size_t>(file[8 + i]) << (8 * i);
-  }
-  span.end = span.begin + length;
-  if (span.end > file.size()) {
-    throw NpyFormatError("is truncated inside the array header");
-  }
-  return span;
+  return version == 1 ? 10 : 12;
 }
 
 /// Walks the items of a Fortran-ordered array (first axis fastest) in C order.
@@ -374,24 +359,40 @@ NpyArray NpyArray::fromText(const std::string& text) {
   return array;
 }
 
-NpyArray parseNpy(const std::vector<std::uint8_t>& file) {
-  const HeaderSpan span = locateHeader(file);
-  const std::string text(file.begin() + span.begin, file.begin() + span.end);
-  const NpyHeader header = parseNpyHeader(text);
+std::size_t npyDataOffset(std::span<const std::uint8_t> start) {
+  const std::size_t textOffset = headerTextOffset(start);
+  std::size_t length = 0;
+  for (std::size_t i = 8; i < std::min(textOffset, start.size()); ++i) {
+    length |= static_cast<std::size_t>(start[i]) << (8 * (i - 8));
+  }
+  return textOffset + length;
+}
+
+NpyHeader npyHeader(std::span<const std::uint8_t> start) {
+  const std::size_t begin = headerTextOffset(start);
+  const std::size_t end = npyDataOffset(start);
+  if (end > start.size()) {
+    throw NpyFormatError("is truncated inside the array header");
+  }
+  return parseNpyHeader({reinterpret_cast<const char*>(start.data()) + begin, end - begin});
+}
+
+NpyArray npyArray(const NpyHeader& header, std::vector<std::uint8_t> data) {
   const Dtype dtype = parseDtype(header.descr);
   NpyArray array;
   array.type = dtype.type;
   array.shape = header.shape;
   const std::int64_t count = checkedProduct(header.shape);
   std::int64_t numBytes = 0;
-  const auto available = static_cast<std::int64_t>(file.size() - span.end);
+  const auto available = static_cast<std::int64_t>(data.size());
+  // Text of no characters has no bytes: its count must not outgrow the file either.
   if (count < 0 || __builtin_mul_overflow(count, dtype.itemSize, &numBytes) ||
-      numBytes != available || count > static_cast<std::int64_t>(file.size())) {
+      numBytes != available || (dtype.itemSize == 0 && count > kMaxEmptyItems)) {
     throw NpyFormatError(
         "says shape " + array.shapeText() + " of '" + header.descr + "' but holds " +
         std::to_string(available) + " bytes; the file is truncated or damaged");
   }
-  array.bytes.assign(file.begin() + span.end, file.end());
+  array.bytes = std::move(data);
   if (header.fortranOrder) {
     array.bytes = fortranToC(array.bytes, array.shape, dtype.itemSize);
   }
@@ -402,6 +403,11 @@ NpyArray parseNpy(const std::vector<std::uint8_t>& file) {
     array.bytes = textBytes(array.bytes, count, dtype.itemSize, dtype.kind);
   }
   return array;
+}
+
+NpyArray parseNpy(const std::vector<std::uint8_t>& file) {
+  const NpyHeader header = npyHeader(file);
+  return npyArray(header, {file.begin() + npyDataOffset(file), file.end()});
 }
 
 namespace {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include "avatar/io/npy_header.h"
 #include "avatar/io/npz.h"
 
 #include <cstdint>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -16,6 +18,16 @@ struct NpyFormatError : std::runtime_error {
 
 /// Parses one .npy file (format versions 1–3, numpy's NEP 1). Throws NpyFormatError.
 NpyArray parseNpy(const std::vector<std::uint8_t>& file);
+
+/// The size of what comes before the data [bytes], from the first 12 bytes or more of a .npy file.
+/// Throws NpyFormatError.
+std::size_t npyDataOffset(std::span<const std::uint8_t> start);
+
+/// What comes before the data, from at least its npyDataOffset() bytes. Throws NpyFormatError.
+NpyHeader npyHeader(std::span<const std::uint8_t> start);
+
+/// The array that follows a header, for readers that have both apart. Throws NpyFormatError.
+NpyArray npyArray(const NpyHeader& header, std::vector<std::uint8_t> data);
 
 /// The bytes of a .npy file, version 1 (2 when the header is long), little endian, C order.
 /// Throws std::invalid_argument when the array's bytes don't fit its shape.

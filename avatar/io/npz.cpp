@@ -2,8 +2,7 @@
 
 #include "avatar/io/file_error.h"
 #include "avatar/io/npy.h"
-
-#include <zip.h>
+#include "avatar/io/zip_archive.h"
 
 #include <algorithm>
 #include <array>
@@ -15,52 +14,13 @@
 namespace avatar {
 namespace {
 
-struct DiscardArchive {
-  void operator()(zip_t* archive) const { zip_discard(archive); }
-};
-
-struct CloseEntry {
-  void operator()(zip_file_t* entry) const { zip_fclose(entry); }
-};
-
-using Archive = std::unique_ptr<zip_t, DiscardArchive>;
-using Entry = std::unique_ptr<zip_file_t, CloseEntry>;
-
-/// An error value that frees libzip's message buffer.
-class ZipError {
- public:
-  ZipError() { zip_error_init(&error_); }
-
-  explicit ZipError(int code) { zip_error_init_with_code(&error_, code); }
-
-  ~ZipError() { zip_error_fini(&error_); }
-
-  ZipError(const ZipError&) = delete;
-  ZipError& operator=(const ZipError&) = delete;
-  ZipError(ZipError&&) = delete;
-  ZipError& operator=(ZipError&&) = delete;
-
-  zip_error_t* get() { return &error_; }
-
-  std::string text() { return zip_error_strerror(&error_); }
-
- private:
-  zip_error_t error_{};
-};
+constexpr std::string_view kSuffix = ".npy";
 
 /// A damaged file can hold any bytes as a name; messages stay one printable line.
 std::string printable(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c < ' ' && c >= '\0'; }, '?');
   return name;
-}
-
-[[noreturn]] void failToOpen(const std::string& path, int code) {
-  if (code == ZIP_ER_NOZIP || code == ZIP_ER_INCONS || code == ZIP_ER_EOF) {
-    throw FileError(
-        path, "", "is not a complete zip archive; expected an .npz file as numpy.savez writes it");
-  }
-  throw FileError(path, "", "can't be opened: " + ZipError(code).text());
 }
 
 std::vector<std::uint8_t> readEntry(
@@ -78,7 +38,7 @@ std::vector<std::uint8_t> readEntry(
   if (stat.size / kMaxRatio > stat.comp_size) {
     throw FileError(file, key, "damaged zip entry: its size is impossible");
   }
-  const Entry entry(zip_fopen_index(archive, index, 0));
+  const ZipEntry entry(zip_fopen_index(archive, index, 0));
   if (!entry) {
     throw FileError(file, key, std::string("can't be read: ") + zip_strerror(archive));
   }
@@ -104,7 +64,6 @@ std::vector<std::uint8_t> readEntry(
 
 NpzArrays readArchive(
     zip_t* archive, const std::string& file, const std::vector<std::string>& keys) {
-  constexpr std::string_view kSuffix = ".npy";
   NpzArrays arrays;
   bool anyArray = false;
   const zip_int64_t numEntries = zip_get_num_entries(archive, 0);
@@ -136,12 +95,40 @@ NpzArrays readArchive(
 
 }  // namespace
 
-NpzArrays readNpz(const std::string& path, const std::vector<std::string>& keys) {
-  int code = 0;
-  const Archive archive(zip_open(path.c_str(), ZIP_RDONLY, &code));
-  if (!archive) {
-    failToOpen(path, code);
+void failToOpenNpz(const std::string& path, int code) {
+  if (code == ZIP_ER_NOZIP || code == ZIP_ER_INCONS || code == ZIP_ER_EOF) {
+    throw FileError(
+        path, "", "is not a complete zip archive; expected an .npz file as numpy.savez writes it");
   }
+  throw FileError(path, "", "can't be opened: " + ZipError(code).text());
+}
+
+ZipArchive openNpz(const std::string& path) {
+  int code = 0;
+  ZipArchive archive(zip_open(path.c_str(), ZIP_RDONLY, &code));
+  if (!archive) {
+    failToOpenNpz(path, code);
+  }
+  return archive;
+}
+
+std::vector<std::string> npzKeys(const std::string& path) {
+  const ZipArchive archive = openNpz(path);
+  std::vector<std::string> keys;
+  const zip_int64_t numEntries = zip_get_num_entries(archive.get(), 0);
+  for (zip_int64_t i = 0; i < numEntries; ++i) {
+    const char* name = zip_get_name(archive.get(), static_cast<zip_uint64_t>(i), ZIP_FL_ENC_RAW);
+    const std::string_view entry = name == nullptr ? "" : name;
+    if (entry.ends_with(kSuffix)) {
+      keys.push_back(printable(std::string(entry.substr(0, entry.size() - kSuffix.size()))));
+    }
+  }
+  std::sort(keys.begin(), keys.end());
+  return keys;
+}
+
+NpzArrays readNpz(const std::string& path, const std::vector<std::string>& keys) {
+  const ZipArchive archive = openNpz(path);
   return readArchive(archive.get(), path, keys);
 }
 
@@ -155,10 +142,10 @@ NpzArrays readNpzFromMemory(
   if (source == nullptr) {
     throw FileError(nameForErrors, "", "can't be opened: " + error.text());
   }
-  const Archive archive(zip_open_from_source(source, ZIP_RDONLY, error.get()));
+  const ZipArchive archive(zip_open_from_source(source, ZIP_RDONLY, error.get()));
   if (!archive) {
     zip_source_free(source);
-    failToOpen(nameForErrors, zip_error_code_zip(error.get()));
+    failToOpenNpz(nameForErrors, zip_error_code_zip(error.get()));
   }
   return readArchive(archive.get(), nameForErrors, keys);
 }
@@ -166,9 +153,9 @@ NpzArrays readNpzFromMemory(
 namespace {
 
 /// libzip itself writes under a temporary name beside `path` and renames when it closes.
-Archive createArchive(const std::string& path) {
+ZipArchive createArchive(const std::string& path) {
   int code = 0;
-  Archive archive(zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code));
+  ZipArchive archive(zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code));
   if (!archive) {
     throw FileError(path, "", "can't be written: " + ZipError(code).text());
   }
@@ -198,7 +185,7 @@ void addEntry(
   zip_file_set_dostime(archive, entry, kDosTime, kDosDate, 0);
 }
 
-void closeArchive(Archive archive, const std::string& path) {
+void closeArchive(ZipArchive archive, const std::string& path) {
   if (zip_close(archive.get()) != 0) {
     throw FileError(path, "", std::string("can't be written: ") + zip_strerror(archive.get()));
   }
@@ -215,7 +202,7 @@ void writeNpz(const std::string& path, const NpzArrays& arrays) {
   // Outlives the archive's closing, when libzip reads it.
   std::vector<std::vector<std::uint8_t>> files;
   files.reserve(arrays.size());
-  Archive archive = createArchive(path);
+  ZipArchive archive = createArchive(path);
   for (const auto& [key, array] : arrays) {
     const std::vector<std::uint8_t>& file = files.emplace_back(formatNpy(array));
     zip_source_t* source = zip_source_buffer(archive.get(), file.data(), file.size(), 0);
@@ -228,7 +215,7 @@ void writeNpzFromFiles(const std::string& path, const std::map<std::string, NpyF
   if (files.empty()) {
     throw std::invalid_argument("writeNpzFromFiles: no arrays to write to " + path);
   }
-  Archive archive = createArchive(path);
+  ZipArchive archive = createArchive(path);
   for (const auto& [key, file] : files) {
     zip_source_t* source = zip_source_file(archive.get(), file.path.c_str(), 0, -1);
     addEntry(archive.get(), path, key, source, file.deflate);

@@ -61,6 +61,9 @@ NpzArrays readNpzFromMemory(
     const std::string& nameForErrors,
     const std::vector<std::string>& keys = {});
 
+/// The arrays' names, ascending, without reading any of them. Throws FileError as readNpz().
+std::vector<std::string> npzKeys(const std::string& path);
+
 /// Writes a deflated .npz under a temporary name, then renames. Same arrays, same bytes (fixed
 /// dates, sorted keys). Throws FileError when the folder can't be written, std::invalid_argument
 /// when an array's bytes don't fit its shape or there is no array.
