@@ -52,6 +52,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addSimulate(program, chosen);
   addSynth(program, chosen);
   addCompare(program, chosen);
+  addEvaluate(program, chosen);
   addMeasure(program, chosen);
   addDress(program, chosen);
   addRetarget(program, chosen);

@@ -30,6 +30,7 @@ using ChosenCommand = std::function<void(const CommandContext&)>;
 void addCompare(CLI::App& program, ChosenCommand& chosen);
 void addDemo(CLI::App& program, ChosenCommand& chosen);
 void addDress(CLI::App& program, ChosenCommand& chosen);
+void addEvaluate(CLI::App& program, ChosenCommand& chosen);
 void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);

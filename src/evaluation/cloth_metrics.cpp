@@ -7,27 +7,29 @@
 
 namespace simulcap {
 
-void Distribution::add(double value) {
+void Distribution::add(double value, double weight) {
+  if (weight == 0.0)
+    return;
   const double bin = std::min(value / binWidth_, static_cast<double>(kNumBins - 1));
-  ++bins_[static_cast<std::size_t>(std::max(0.0, bin))];
-  ++count_;
-  sum_ += value;
+  bins_[static_cast<std::size_t>(std::max(0.0, bin))] += weight;
+  totalWeight_ += weight;
+  sum_ += weight * value;
   max_ = std::max(max_, value);
 }
 
 double Distribution::mean() const {
-  return count_ == 0 ? 0.0 : sum_ / static_cast<double>(count_);
+  return empty() ? 0.0 : sum_ / totalWeight_;
 }
 
 double Distribution::quantile(double share) const {
-  const double wanted = share * static_cast<double>(count_);
-  std::int64_t below = 0;
+  const double wanted = share * totalWeight_;
+  double below = 0.0;
   for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
     below += bins_[bin];
-    if (below > 0 && static_cast<double>(below) >= wanted)
+    if (below > 0.0 && below >= wanted)
       return std::min(max_, (static_cast<double>(bin) + 0.5) * binWidth_);
   }
-  return 0.0;
+  return max_;  // the bins' sum may differ from the total by rounding
 }
 
 EdgeStrain::EdgeStrain(const avatar::TriangleMesh& rest)

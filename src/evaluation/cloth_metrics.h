@@ -10,30 +10,34 @@
 
 namespace simulcap {
 
-/// A distribution of values that are 0 or more, in constant memory: mean and maximum are exact,
-/// quantiles to half a bin.
+/// A weighted distribution of values that are 0 or more, in constant memory: mean and maximum are
+/// exact, quantiles to half a bin.
 class Distribution {
  public:
   /// Bins of this width; values beyond the last one count as it.
   explicit Distribution(double binWidth) : binWidth_(binWidth) {}
 
-  void add(double value);
+  /// `weight` ≥ 0, for instance the area that a sample stands for; 0 leaves the value out.
+  void add(double value, double weight = 1.0);
 
-  std::int64_t count() const { return count_; }
+  bool empty() const { return totalWeight_ == 0.0; }
+
+  double totalWeight() const { return totalWeight_; }
 
   double mean() const;
 
   double max() const { return max_; }
 
-  /// The value below which a share of all lie, 0 … 1; 0 without values.
+  /// The value below which a share of all lie, 0 … 1, by weight; 0 without
+  /// values.
   double quantile(double share) const;
 
  private:
   static constexpr int kNumBins = 20000;
 
   double binWidth_;
-  std::vector<std::int64_t> bins_ = std::vector<std::int64_t>(kNumBins, 0);
-  std::int64_t count_ = 0;
+  std::vector<double> bins_ = std::vector<double>(kNumBins, 0.0);  // weights
+  double totalWeight_ = 0.0;
   double sum_ = 0.0;
   double max_ = 0.0;
 };

@@ -82,7 +82,9 @@ PerformanceWriter::PerformanceWriter(
 
 std::vector<PerformanceWriter::Part> PerformanceWriter::parts() const {
   std::vector<Part> parts = {
-      {"poses", {Type::kFloat64, {kPoseSize}}}, {"trans", {Type::kFloat64, {3}}}};
+      {"poses", {Type::kFloat64, {kPoseSize}}},
+      {"trans", {Type::kFloat64, {3}}},
+      {"frame_index", {Type::kInt32, {}}}};
   for (const PerformanceLayout::Garment& garment : layout_.garments) {
     parts.push_back({"garment_" + garment.name, {Type::kFloat32, {garment.numVertices, 3}}});
     parts.push_back({"provenance_" + garment.name, {Type::kUint8, {garment.numVertices}}});
@@ -169,7 +171,10 @@ void PerformanceWriter::requireFits(const PerformanceFrame& frame) const {
 void PerformanceWriter::append(const PerformanceFrame& frame) {
   requireFits(frame);
   // Column by column is C order of (V, 3).
-  std::vector<const void*> rows = {frame.pose.jointRotations.data(), frame.pose.translation.data()};
+  const auto index =
+      static_cast<std::int32_t>(frame.recordingIndex >= 0 ? frame.recordingIndex : numFrames_);
+  std::vector<const void*> rows = {
+      frame.pose.jointRotations.data(), frame.pose.translation.data(), &index};
   for (const PerformanceFrame::Garment& garment : frame.garments) {
     rows.push_back(garment.vertices.data());
     rows.push_back(garment.provenance.data());

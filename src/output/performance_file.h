@@ -32,6 +32,8 @@ struct PerformanceFrame {
 
   avatar::BodyPose pose;          ///< 24 joints
   std::vector<Garment> garments;  ///< in the layout's order
+  /// Number within the recording that was captured, which may lack frames; −1: its own row.
+  int recordingIndex = -1;
 };
 
 enum class PerformanceStart {
@@ -40,8 +42,10 @@ enum class PerformanceStart {
 };
 
 /// Writes performance.npz frame by frame: AMASS's keys (poses, trans, betas, mocap_framerate,
-/// up_axis) with, per garment, garment_<name> (T, V, 3) float32, provenance_<name> (T, V) uint8 and
-/// faces_<name> (F, 3) int32. Memory doesn't grow with the frames.
+/// up_axis) with frame_index (T) int32, the
+/// frames' numbers within the recording, and, per garment, garment_<name> (T, V, 3) float32,
+/// provenance_<name> (T, V) uint8 and faces_<name> (F, 3) int32. Memory doesn't grow with the
+/// frames.
 ///
 /// Until finish() the arrays lie in the folder PATH.parts; the file appears at its end, whole, and
 /// the folder goes. A run that ends before leaves the folder, with every frame that was appended,

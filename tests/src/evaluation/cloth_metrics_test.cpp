@@ -19,13 +19,23 @@ TEST(Distribution, KnowsMeanMaximumAndQuantiles) {
   EXPECT_DOUBLE_EQ(Distribution(1.0).quantile(0.5), 0.0);
 }
 
+TEST(Distribution, WeighsItsValues) {
+  Distribution values(0.01);
+  values.add(1.0, 3.0);
+  values.add(5.0, 1.0);
+  values.add(99.0, 0.0);
+  EXPECT_DOUBLE_EQ(values.mean(), 2.0);
+  EXPECT_NEAR(values.quantile(0.5), 1.0, 0.01);  // a bin
+  EXPECT_DOUBLE_EQ(values.max(), 5.0);
+}
+
 TEST(EdgeStrain, UniformStretchIsTheSameOnEveryEdge) {
   const avatar::TriangleMesh rest = avatar::test::icosphere(0.5, 2);
   Distribution strains(1e-4);
   EdgeStrain(rest).add(1.1 * rest.vertices, strains);
   EXPECT_NEAR(strains.mean(), 0.1, 1e-12);
   EXPECT_NEAR(strains.max(), 0.1, 1e-12);
-  EXPECT_EQ(strains.count(), 480);  // edges of the icosphere
+  EXPECT_EQ(strains.totalWeight(), 480.0);  // edges of the icosphere
 }
 
 TEST(Penetration, CountsWhatIsUnderTheSkin) {

@@ -96,7 +96,7 @@ TEST_F(PerformanceFile, ReadsBackBitForBit) {
   EXPECT_EQ(writer.numFrames(), kFrames);
   writer.finish();
   const avatar::NpzArrays arrays = avatar::readNpz(path_);
-  EXPECT_EQ(arrays.size(), 11U);
+  EXPECT_EQ(arrays.size(), 12U);
   EXPECT_EQ(arrays.at("poses").shapeText(), "(7, 72)");
   EXPECT_EQ(arrays.at("trans").shapeText(), "(7, 3)");
   EXPECT_EQ(arrays.at("garment_upper").shapeText(), "(7, 5, 3)");

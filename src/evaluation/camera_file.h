@@ -1,0 +1,13 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <string>
+
+namespace simulcap {
+
+/// `camera_from_world` of a camera.json, 4 × 4 row-major: of a capture, or of a truth. Throws
+/// avatar::FileError: missing, no JSON, not a rigid transform.
+Eigen::Isometry3d readCameraFromWorld(const std::string& path);
+
+}  // namespace simulcap
