@@ -24,21 +24,14 @@ TEST(Program, HelpExplainsEveryVerb) {
        {"compare",
         "demo",
         "dress",
-<<<<<<< HEAD
-=======
         "evaluate",
->>>>>>> 0375e47 (Measure captures against ground truth: simulcap evaluate)
         "render",
         "fit-prior",
         "fit-body",
         "measure",
-<<<<<<< HEAD
         "retarget",
         "simulate",
         "synth"}) {
-=======
-        "simulate"}) {
->>>>>>> 0375e47 (Measure captures against ground truth: simulcap evaluate)
     EXPECT_NE(help.out.find("\n  " + verb + " "), std::string::npos) << verb;
     const ProgramRun own = runProgram({verb, "--help"});
     EXPECT_EQ(own.exitCode, 0) << verb;
