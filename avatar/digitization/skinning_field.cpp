@@ -3,6 +3,19 @@
 #include <algorithm>
 
 namespace avatar {
+namespace {
+
+void addWeight(JointWeights& weights, int joint, double weight) {
+  const auto found = std::find(weights.joints.begin(), weights.joints.end(), joint);
+  const auto place = static_cast<std::size_t>(found - weights.joints.begin());
+  if (place == weights.joints.size()) {
+    weights.joints.push_back(joint);
+    weights.weights.push_back(0.0);
+  }
+  weights.weights[place] += weight;
+}
+
+}  // namespace
 
 Eigen::Affine3d blendedTransform(
     const JointWeights& weights, const std::vector<Eigen::Affine3d>& transforms) {
@@ -45,22 +58,12 @@ std::optional<SkinningField::Anchor> SkinningField::anchor(
   if (result.skin.face < 0)
     return std::nullopt;
   const BodyModel& model = skinning_.model();
+  using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   for (int corner = 0; corner < 3; ++corner) {
     const int vertex = model.faces(corner, result.skin.face);
-    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(
-             model.skinningWeights, vertex);
-         it;
-         ++it) {
-      const auto joint = static_cast<int>(it.col());
-      std::vector<int>& joints = result.weights.joints;
-      const auto place =
-          static_cast<std::size_t>(std::find(joints.begin(), joints.end(), joint) - joints.begin());
-      if (place == joints.size()) {
-        joints.push_back(joint);
-        result.weights.weights.push_back(0.0);
-      }
-      result.weights.weights[place] += result.skin.weights[corner] * it.value();
-    }
+    for (Weights::InnerIterator it(model.skinningWeights, vertex); it; ++it)
+      addWeight(
+          result.weights, static_cast<int>(it.col()), result.skin.weights[corner] * it.value());
   }
   return result;
 }

@@ -57,22 +57,25 @@ Component grownPiece(
     Components& known) {
   const int id = static_cast<int>(known.pieces.size());
   Component piece;
-  piece.cells.push_back(seed);
-  known.pieceOfCell[seed] = id;
+  const auto isJoined = [&](int cell, int neighbour) {
+    const float z = coarse.depth[cell];
+    const float zn = coarse.depth[neighbour];
+    return wanted[neighbour] != 0 && zn > 0.0F && known.pieceOfCell[neighbour] < 0 &&
+           std::abs(zn - z) <= coarseJump(coarse, std::min(z, zn));
+  };
+  const auto take = [&](int cell) {
+    known.pieceOfCell[cell] = id;
+    piece.cells.push_back(cell);
+  };
+  take(seed);
   for (std::size_t next = 0; next < piece.cells.size(); ++next) {
     const int cell = piece.cells[next];
-    const float z = coarse.depth[cell];
     piece.area += coarse.area(cell);
     piece.min = piece.min.cwiseMin(coarse.points.col(cell));
     piece.max = piece.max.cwiseMax(coarse.points.col(cell));
     forNeighbours(coarse, cell, [&](int n) {
-      const float zn = coarse.depth[n];
-      const bool joined = wanted[n] != 0 && zn > 0.0F && known.pieceOfCell[n] < 0 &&
-                          std::abs(zn - z) <= coarseJump(coarse, std::min(z, zn));
-      if (joined) {
-        known.pieceOfCell[n] = id;
-        piece.cells.push_back(n);
-      }
+      if (isJoined(cell, n))
+        take(n);
     });
   }
   return piece;
@@ -82,14 +85,14 @@ Component grownPiece(
 std::vector<int> spread(
     const CoarseDepth& coarse, const std::vector<int>& front, std::vector<float>& depth) {
   std::vector<int> next;
-  for (const int cell : front) {
-    forNeighbours(coarse, cell, [&](int n) {
-      if (depth[n] == 0.0F) {
-        depth[n] = depth[cell];
-        next.push_back(n);
-      }
-    });
-  }
+  const auto handOn = [&](int from, int to) {
+    if (depth[to] != 0.0F)
+      return;
+    depth[to] = depth[from];
+    next.push_back(to);
+  };
+  for (const int cell : front)
+    forNeighbours(coarse, cell, [&](int n) { handOn(cell, n); });
   return next;
 }
 
