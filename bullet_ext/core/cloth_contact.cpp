@@ -300,7 +300,7 @@ bool ClothContact::certify(std::size_t index, bool respondToIt) {
       pair.kind,
       start.cast<double>(),
       cornersAt(motion_.end, pair.vertices).cast<double>(),
-      double{awake.safe});
+      static_cast<double>(awake.safe));
   if (!approach) {
     return true;
   }

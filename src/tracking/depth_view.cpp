@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -13,102 +15,120 @@ double squaredLength(const Eigen::Vector2i& v) {
   return v.cast<double>().squaredNorm();
 }
 
-}  // namespace
+/// Per cell of a coarse image a pixel, the nearest one to the cell's centre that was offered.
+class NearestPixels {
+ public:
+  explicit NearestPixels(const Eigen::AlignedBox2i& cells)
+      : first_(cells.min()),
+        width_(cells.sizes().x() + 1),
+        height_(cells.sizes().y() + 1),
+        nearest_(
+            static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
+            Eigen::Vector2i::Constant(-1)) {}
 
-DepthView::DepthView(const DepthCloud& cloud, const avatar::Camera& camera, int numPixelSamples)
-    : cloud_(cloud), camera_(camera) {
-  for (int y = 0; y < cloud.height; ++y) {
-    for (int x = 0; x < cloud.width; ++x) {
-      if (cloud.person[cloud.index(x, y)] != 0) {
-        ++numPersonPixels_;
-        box_.extend(Eigen::Vector2i(x, y));
-      }
-    }
+  void offer(const Eigen::Vector2i& pixel) {
+    const Eigen::Vector2i c = pixel / kCell - first_;
+    offer(c.x(), c.y(), pixel);
   }
-  if (numPersonPixels_ == 0) {
-    return;
-  }
-  const double stride =
-      std::max(1.0, std::sqrt(static_cast<double>(numPersonPixels_) / numPixelSamples));
-  for (double gridY = box_.min().y(); gridY <= box_.max().y(); gridY += stride) {
-    for (double gridX = box_.min().x(); gridX <= box_.max().x(); gridX += stride) {
-      const int x = static_cast<int>(gridX);
-      const int y = static_cast<int>(gridY);
-      const std::size_t i = cloud.index(x, y);
-      if (cloud.person[i] != 0) {
-        const auto column = static_cast<Eigen::Index>(i);
-        pixels_.push_back(
-            {cloud.points.col(column).cast<double>(),
-             cloud.normals.col(column).cast<double>(),
-             Eigen::Vector2d(x, y),
-             cloud.labels.empty() ? std::uint8_t{kBackground} : cloud.labels[i]});
-      }
-    }
-  }
-  buildNearestTable();
-}
 
-// Danielsson's two sweeps carry the nearest person pixel from cell to cell (8SED): exact but for
-// rare cells, whose error is below one cell.
-void DepthView::buildNearestTable() {
-  tableBox_.extend((box_.min() / kCell - Eigen::Vector2i::Constant(kReach)).eval());
-  tableBox_.extend((box_.max() / kCell + Eigen::Vector2i::Constant(kReach)).eval());
-  const int width = tableBox_.sizes().x() + 1;
-  const int height = tableBox_.sizes().y() + 1;
-  const Eigen::Vector2i none = Eigen::Vector2i::Constant(-1);
-  nearest_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), none);
-  const auto cell = [&](int cx, int cy) -> Eigen::Vector2i& {
+  /// Danielsson's two sweeps carry the nearest pixel from cell to cell (8SED): exact but for rare
+  /// cells, whose error is below one cell.
+  void sweep() {
+    for (int cy = 0; cy < height_; ++cy)
+      sweepRow(cy, -1);
+    for (int cy = height_ - 1; cy >= 0; --cy)
+      sweepRow(cy, 1);
+  }
+
+  std::vector<Eigen::Vector2i> take() { return std::move(nearest_); }
+
+ private:
+  Eigen::Vector2i& at(int cx, int cy) {
     return nearest_
-        [static_cast<std::size_t>(cy) * static_cast<std::size_t>(width) +
+        [static_cast<std::size_t>(cy) * static_cast<std::size_t>(width_) +
          static_cast<std::size_t>(cx)];
-  };
-  const auto centre = [&](int cx, int cy) -> Eigen::Vector2i {
-    return kCell * (tableBox_.min() + Eigen::Vector2i(cx, cy)) +
-           Eigen::Vector2i::Constant(kCell / 2);
-  };
-  for (int y = box_.min().y(); y <= box_.max().y(); ++y) {
-    for (int x = box_.min().x(); x <= box_.max().x(); ++x) {
-      if (cloud_.person[cloud_.index(x, y)] == 0) {
-        continue;
-      }
-      const Eigen::Vector2i pixel(x, y);
-      const Eigen::Vector2i c = pixel / kCell - tableBox_.min();
-      Eigen::Vector2i& best = cell(c.x(), c.y());
-      const Eigen::Vector2i middle = centre(c.x(), c.y());
-      if (best.x() < 0 || squaredLength(pixel - middle) < squaredLength(best - middle)) {
-        best = pixel;
-      }
-    }
   }
-  const auto relax = [&](int cx, int cy, int dx, int dy) {
+
+  void offer(int cx, int cy, const Eigen::Vector2i& pixel) {
+    const Eigen::Vector2i middle =
+        kCell * (first_ + Eigen::Vector2i(cx, cy)) + Eigen::Vector2i::Constant(kCell / 2);
+    Eigen::Vector2i& best = at(cx, cy);
+    if (best.x() < 0 || squaredLength(pixel - middle) < squaredLength(best - middle))
+      best = pixel;
+  }
+
+  /// Offers a cell what its neighbour has.
+  void relax(int cx, int cy, int dx, int dy) {
     const int nx = cx + dx;
     const int ny = cy + dy;
-    if (nx < 0 || ny < 0 || nx >= width || ny >= height || cell(nx, ny).x() < 0) {
-      return;
-    }
-    Eigen::Vector2i& best = cell(cx, cy);
-    const Eigen::Vector2i middle = centre(cx, cy);
-    if (best.x() < 0 || squaredLength(cell(nx, ny) - middle) < squaredLength(best - middle)) {
-      best = cell(nx, ny);
-    }
-  };
-  const auto sweepRow = [&](int cy, int fromRow) {
-    for (int cx = 0; cx < width; ++cx) {
+    if (nx >= 0 && ny >= 0 && nx < width_ && ny < height_ && at(nx, ny).x() >= 0)
+      offer(cx, cy, at(nx, ny));
+  }
+
+  void sweepRow(int cy, int fromRow) {
+    for (int cx = 0; cx < width_; ++cx) {
       relax(cx, cy, -1, fromRow);
       relax(cx, cy, 0, fromRow);
       relax(cx, cy, 1, fromRow);
       relax(cx, cy, -1, 0);
     }
-    for (int cx = width - 1; cx >= 0; --cx) {
+    for (int cx = width_ - 1; cx >= 0; --cx)
       relax(cx, cy, 1, 0);
-    }
+  }
+
+  Eigen::Vector2i first_;
+  int width_;
+  int height_;
+  std::vector<Eigen::Vector2i> nearest_;
+};
+
+}  // namespace
+
+DepthView::DepthView(const DepthCloud& cloud, const avatar::Camera& camera, int numPixelSamples)
+    : cloud_(cloud), camera_(camera) {
+  const auto isPerson = [&](int x, int y) { return cloud.person[cloud.index(x, y)] != 0; };
+  const auto count = [&](int x, int y) {
+    ++numPersonPixels_;
+    box_.extend(Eigen::Vector2i(x, y));
   };
-  for (int cy = 0; cy < height; ++cy) {
-    sweepRow(cy, -1);
+  for (int y = 0; y < cloud.height; ++y) {
+    for (int x = 0; x < cloud.width; ++x)
+      if (isPerson(x, y))
+        count(x, y);
   }
-  for (int cy = height - 1; cy >= 0; --cy) {
-    sweepRow(cy, 1);
+  if (numPersonPixels_ == 0)
+    return;
+  const double stride =
+      std::max(1.0, std::sqrt(static_cast<double>(numPersonPixels_) / numPixelSamples));
+  for (double y = box_.min().y(); y <= box_.max().y(); y += stride) {
+    for (double x = box_.min().x(); x <= box_.max().x(); x += stride)
+      if (isPerson(static_cast<int>(x), static_cast<int>(y)))
+        pixels_.push_back(sampleAt(static_cast<int>(x), static_cast<int>(y)));
   }
+  buildNearestTable();
+}
+
+DepthView::PixelSample DepthView::sampleAt(int x, int y) const {
+  const std::size_t i = cloud_.index(x, y);
+  const auto column = static_cast<Eigen::Index>(i);
+  return {
+      cloud_.points.col(column).cast<double>(),
+      cloud_.normals.col(column).cast<double>(),
+      Eigen::Vector2d(x, y),
+      cloud_.labels.empty() ? std::uint8_t{kBackground} : cloud_.labels[i]};
+}
+
+void DepthView::buildNearestTable() {
+  tableBox_.extend((box_.min() / kCell - Eigen::Vector2i::Constant(kReach)).eval());
+  tableBox_.extend((box_.max() / kCell + Eigen::Vector2i::Constant(kReach)).eval());
+  NearestPixels table(tableBox_);
+  for (int y = box_.min().y(); y <= box_.max().y(); ++y) {
+    for (int x = box_.min().x(); x <= box_.max().x(); ++x)
+      if (cloud_.person[cloud_.index(x, y)] != 0)
+        table.offer({x, y});
+  }
+  table.sweep();
+  nearest_ = table.take();
 }
 
 Eigen::Vector2i DepthView::nearestPersonPixel(int x, int y) const {

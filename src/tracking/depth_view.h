@@ -40,6 +40,7 @@ class DepthView {
   Eigen::Vector2i nearestPersonPixel(int x, int y) const;
 
  private:
+  PixelSample sampleAt(int x, int y) const;
   void buildNearestTable();
 
   const DepthCloud& cloud_;
