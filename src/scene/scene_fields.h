@@ -264,6 +264,27 @@ void describe(Visitor& v, SceneTruth& truth) {
        .meaning = "Frames from one picture of the hidden back camera to the next."});
 }
 
+/// What only those need who look at the scene.
+template <class Visitor>
+void describePictures(Visitor& v, Scene& scene) {
+  v.field("camera", scene.camera, {.defaultWords = "none", .meaning = "Who looks."});
+  v.field(
+      "sensor",
+      scene.sensor,
+      {.defaultWords = "none: exact depth", .needs = "camera", .meaning = "What measures depth."});
+  v.field(
+      "room",
+      scene.room,
+      {.defaultWords = "none: plain background, even light",
+       .needs = "camera",
+       .meaning = "What is around."});
+  v.field(
+      "truth",
+      scene.truth,
+      {.defaultWords = "its own defaults",
+       .meaning = "What a synthetic capture doesn't tell; `simulate` takes no notice."});
+}
+
 template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
   v.record("scene", "The whole file.");
@@ -310,22 +331,7 @@ void describe(Visitor& v, Scene& scene) {
        .maxItems = 1000,
        .defaultWords = "none, not even a floor",
        .meaning = "Rigid things."});
-  v.field("camera", scene.camera, {.defaultWords = "none", .meaning = "Who looks."});
-  v.field(
-      "sensor",
-      scene.sensor,
-      {.defaultWords = "none: exact depth", .needs = "camera", .meaning = "What measures depth."});
-  v.field(
-      "room",
-      scene.room,
-      {.defaultWords = "none: plain background, even light",
-       .needs = "camera",
-       .meaning = "What is around."});
-  v.field(
-      "truth",
-      scene.truth,
-      {.defaultWords = "its own defaults",
-       .meaning = "What a synthetic capture doesn't tell; `simulate` takes no notice."});
+  describePictures(v, scene);
 }
 
 }  // namespace simulcap
