@@ -195,49 +195,62 @@ class BodyTracker::Implementation {
     return matchQuality(*surface_, posed, solution.visible, view);
   }
 
-  /// Tries all coarse alignments, refines the best few, keeps the best.
-  PoseSolution startedAnew(const DepthView& view) const {
-    const auto starts = coarseAlignments(*surface_, view, state_.betas, !state_.betasHeld);
+  /// A start of the body and how well it explains the depth.
+  struct Candidate {
+    double cost = 0.0;
+    PoseSolution solution;
+  };
 
-    struct Candidate {
-      double cost;
-      PoseSolution solution;
-    };
+  static void sortByCost(std::vector<Candidate>& candidates) {
+    std::stable_sort(
+        candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+          return a.cost < b.cost;
+        });
+  }
 
+  /// All coarse alignments, turned and moved as a whole.
+  std::vector<Candidate> roughStarts(const DepthView& view) const {
     PoseSolverOptions rough = startOptions();
     rough.iterations = 4;
     rough.rootOnly = true;
     rough.regularization.temporal = 0.02;
     rough.laterInterWeight = options_.firstInterWeight;
     std::vector<Candidate> candidates;
-    for (const BodyParameters& start : starts) {
+    for (const BodyParameters& start :
+         coarseAlignments(*surface_, view, state_.betas, !state_.betasHeld)) {
       PoseSolution solution = solvePose(*surface_, regularizer_, view, start, rough);
       const double cost = qualityOf(solution, view).meanCost;
       candidates.push_back({cost, std::move(solution)});
     }
-    const auto cheaper = [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; };
-    std::stable_sort(candidates.begin(), candidates.end(), cheaper);
-    constexpr std::size_t kRefined = 8;
-    candidates.resize(std::min(kRefined, candidates.size()));
+    return candidates;
+  }
+
+  void refine(Candidate& candidate, const DepthView& view) const {
     PoseSolverOptions fine = startOptions();
     fine.regularization.temporal = 0.02;
     fine.laterInterWeight = options_.firstInterWeight;
-    for (Candidate& candidate : candidates) {
-      for (const int iterations : {8, 12}) {
-        fine.iterations = iterations;
-        BodyParameters from = candidate.solution.parameters;
-        normalize(from.pose);
-        auto betas = betaKnowledge();
-        if (betas) {
-          betas->mean.setZero();
-        }
-        candidate.solution = solvePose(*surface_, regularizer_, view, from, fine, betas);
-      }
-      candidate.solution.visible =
-          visibleSamples(*surface_, candidate.solution.parameters, camera_);
-      candidate.cost = qualityOf(candidate.solution, view).meanCost;
+    for (const int iterations : {8, 12}) {
+      fine.iterations = iterations;
+      BodyParameters from = candidate.solution.parameters;
+      normalize(from.pose);
+      auto betas = betaKnowledge();
+      if (betas)
+        betas->mean.setZero();
+      candidate.solution = solvePose(*surface_, regularizer_, view, from, fine, betas);
     }
-    std::stable_sort(candidates.begin(), candidates.end(), cheaper);
+    candidate.solution.visible = visibleSamples(*surface_, candidate.solution.parameters, camera_);
+    candidate.cost = qualityOf(candidate.solution, view).meanCost;
+  }
+
+  /// Tries all coarse alignments, refines the best few, keeps the best.
+  PoseSolution startedAnew(const DepthView& view) const {
+    constexpr std::size_t kRefined = 8;
+    std::vector<Candidate> candidates = roughStarts(view);
+    sortByCost(candidates);
+    candidates.resize(std::min(kRefined, candidates.size()));
+    for (Candidate& candidate : candidates)
+      refine(candidate, view);
+    sortByCost(candidates);
     return candidates.front().solution;
   }
 
