@@ -74,6 +74,15 @@ avatar::BodyPose standing(double yaw, double armsDown) {
   return pose;
 }
 
+/// Highest sample of the head [m].
+double topOfHead(const TrackedSurface& surface, const PosedSamples& posed) {
+  double top = -1e9;
+  for (std::size_t s = 0; s < surface.samples().size(); ++s)
+    if (surface.samples()[s].joint == avatar::kHead)
+      top = std::max(top, posed.positions(1, static_cast<Eigen::Index>(s)));
+  return top;
+}
+
 }  // namespace
 
 std::vector<BodyParameters> coarseAlignments(
@@ -100,15 +109,9 @@ std::vector<BodyParameters> coarseAlignments(
       BodyParameters candidate = start;
       candidate.pose = standing(std::remainder(yaw, 2.0 * std::numbers::pi), armsDown);
       const PosedSamples posed = surface.pose(candidate, false);
-      double top = -1e9;
-      for (std::size_t s = 0; s < surface.samples().size(); ++s) {
-        if (surface.samples()[s].joint == avatar::kHead) {
-          top = std::max(top, posed.positions(1, static_cast<Eigen::Index>(s)));
-        }
-      }
       const Eigen::Vector3d axis = posed.worldFromJoint[avatar::kSpine2].translation();
       candidate.pose.translation = extent.centre + kHalfThickness * away - axis;
-      candidate.pose.translation.y() = extent.top - top;
+      candidate.pose.translation.y() = extent.top - topOfHead(surface, posed);
       starts.push_back(candidate);
     }
   }
