@@ -54,45 +54,47 @@ SampleBins::SampleBins(
   }
 }
 
-int SampleBins::nearest(const Query& query) const {
-  const int cx = static_cast<int>(std::floor((query.pixel.x() - origin_.x()) / binSize_));
-  const int cy = static_cast<int>(std::floor((query.pixel.y() - origin_.y()) / binSize_));
+void SampleBins::searchBin(const Query& query, int x, int y, Found& found) const {
+  if (x < 0 || y < 0 || x >= width_ || y >= height_)
+    return;
   const bool anyNormal = query.normal.isZero(0.0);
-  double best = query.maxDistance * query.maxDistance;
-  int found = -1;
-  const auto searchBin = [&](int x, int y) {
-    if (x < 0 || y < 0 || x >= width_ || y >= height_) {
-      return;
-    }
-    const std::size_t bin = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                            static_cast<std::size_t>(x);
-    for (int m = starts_[bin]; m < starts_[bin + 1]; ++m) {
-      const int i = members_[static_cast<std::size_t>(m)];
-      const double squared = (points_.col(i) - query.point).squaredNorm();
-      if (squared < best && (anyNormal || normals_.col(i).dot(query.normal) > query.minCosine)) {
-        best = squared;
-        found = i;
-      }
-    }
-  };
-  const double binWidth = binSize_ * query.point.z() / focalLength_;  // [m]
-  for (int ring = 0; width_ > 0; ++ring) {
-    const double lateral = (ring - 1) * binWidth;
-    if (lateral > 0.0 && lateral * lateral > best) {
-      break;
-    }
-    for (int x = cx - ring; x <= cx + ring; ++x) {
-      searchBin(x, cy - ring);
-      if (ring > 0) {
-        searchBin(x, cy + ring);
-      }
-    }
-    for (int y = cy - ring + 1; y < cy + ring; ++y) {
-      searchBin(cx - ring, y);
-      searchBin(cx + ring, y);
-    }
+  const std::size_t bin =
+      static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  for (int m = starts_[bin]; m < starts_[bin + 1]; ++m) {
+    const int i = members_[static_cast<std::size_t>(m)];
+    const double squared = (points_.col(i) - query.point).squaredNorm();
+    if (squared < found.squaredDistance &&
+        (anyNormal || normals_.col(i).dot(query.normal) > query.minCosine))
+      found = {i, squared};
   }
-  return found;
+}
+
+void SampleBins::searchRing(
+    const Query& query, const Eigen::Vector2i& c, int ring, Found& found) const {
+  for (int x = c.x() - ring; x <= c.x() + ring; ++x) {
+    searchBin(query, x, c.y() - ring, found);
+    if (ring > 0)
+      searchBin(query, x, c.y() + ring, found);
+  }
+  for (int y = c.y() - ring + 1; y < c.y() + ring; ++y) {
+    searchBin(query, c.x() - ring, y, found);
+    searchBin(query, c.x() + ring, y, found);
+  }
+}
+
+int SampleBins::nearest(const Query& query) const {
+  Found found{-1, query.maxDistance * query.maxDistance};
+  if (width_ == 0)
+    return found.sample;
+  const Eigen::Vector2d place = (query.pixel - origin_) / binSize_;
+  const Eigen::Vector2i cell(
+      static_cast<int>(std::floor(place.x())), static_cast<int>(std::floor(place.y())));
+  const double binWidth = binSize_ * query.point.z() / focalLength_;  // [m]
+  // What is in a ring is at least this far away to the side.
+  const auto lateral = [&](int ring) { return std::max(0, ring - 1) * binWidth; };
+  for (int ring = 0; lateral(ring) * lateral(ring) <= found.squaredDistance; ++ring)
+    searchRing(query, cell, ring, found);
+  return found.sample;
 }
 
 }  // namespace simulcap

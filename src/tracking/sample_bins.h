@@ -32,6 +32,14 @@ class SampleBins {
   int nearest(const Query& query) const;
 
  private:
+  struct Found {
+    int sample = -1;
+    double squaredDistance = 0.0;  ///< [m²]; nothing farther is taken
+  };
+
+  void searchBin(const Query& query, int x, int y, Found& found) const;
+  void searchRing(const Query& query, const Eigen::Vector2i& c, int ring, Found& found) const;
+
   const Eigen::Matrix3Xd& points_;
   const Eigen::Matrix3Xd& normals_;
   double focalLength_, binSize_ = 8.0;  // [px]
