@@ -82,13 +82,9 @@ class BodyTracker::Implementation {
     MatchQuality quality;
     bool found = false;
     if (visible && started) {
-      solution = solvePose(
-          *surface_,
-          regularizer_,
-          view,
-          solution.parameters,
-          trackingOptions(timestamp),
-          betaKnowledge());
+      PoseSolverOptions options = trackingOptions(timestamp);
+      options.betas = betaKnowledge();
+      solution = solvePose(*surface_, regularizer_, view, solution.parameters, options);
       quality = qualityOf(solution, view);
       found = isFound(quality);
     }
@@ -233,10 +229,10 @@ class BodyTracker::Implementation {
       fine.iterations = iterations;
       BodyParameters from = candidate.solution.parameters;
       normalize(from.pose);
-      auto betas = betaKnowledge();
-      if (betas)
-        betas->mean.setZero();
-      candidate.solution = solvePose(*surface_, regularizer_, view, from, fine, betas);
+      fine.betas = betaKnowledge();
+      if (fine.betas)
+        fine.betas->mean.setZero();
+      candidate.solution = solvePose(*surface_, regularizer_, view, from, fine);
     }
     candidate.solution.visible = visibleSamples(*surface_, candidate.solution.parameters, camera_);
     candidate.cost = qualityOf(candidate.solution, view).meanCost;

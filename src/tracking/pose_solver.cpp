@@ -119,8 +119,8 @@ PoseSolution solvePose(
     const PoseRegularizer& regularizer,
     const DepthView& view,
     const BodyParameters& start,
-    const PoseSolverOptions& options,
-    const std::optional<BetaKnowledge>& betas) {
+    const PoseSolverOptions& options) {
+  const std::optional<BetaKnowledge>& betas = options.betas;
   PoseSolution solution{.parameters = start};
   for (int i = 0; i < options.iterations; ++i) {
     constexpr int kVisibilityPeriod = 3;

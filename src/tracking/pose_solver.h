@@ -26,8 +26,9 @@ struct PoseSolverOptions {
   int firstInterIterations = 3;
   double clothOffset = 0.005;  ///< [m]
   PoseRegularizer::Weights regularization;
-  std::optional<double> floorHeight;  ///< [m]
-  bool rootOnly = false;              ///< the joints but the root stay as they are
+  std::optional<double> floorHeight;   ///< [m]
+  bool rootOnly = false;               ///< the joints but the root stay as they are
+  std::optional<BetaKnowledge> betas;  ///< estimated along from this; absent: held
 };
 
 struct PoseSolution {
@@ -43,7 +44,6 @@ PoseSolution solvePose(
     const PoseRegularizer& regularizer,
     const DepthView& view,
     const BodyParameters& start,
-    const PoseSolverOptions& options,
-    const std::optional<BetaKnowledge>& betas = {});
+    const PoseSolverOptions& options);
 
 }  // namespace simulcap

@@ -20,11 +20,17 @@ avatar::Camera coarseCamera(const avatar::Camera& camera) {
   return coarse;
 }
 
+/// A picture of the posed vertices.
+struct View {
+  const Eigen::Matrix3Xd& vertices;
+  const avatar::Camera& camera;
+  const avatar::RasterImage& image;
+};
+
+/// Of the samples on cloth or of those on the body.
 void markVisible(
     const TrackedSurface& surface,
-    const Eigen::Matrix3Xd& vertices,
-    const avatar::Camera& camera,
-    const avatar::RasterImage& image,
+    const View& view,
     bool cloth,
     std::vector<std::uint8_t>& visible) {
   constexpr double kTolerance = 0.02;  // [m]: a surface steep to the view spans that in a pixel
@@ -33,16 +39,16 @@ void markVisible(
     if (sample.cloth != cloth) {
       continue;
     }
-    const Eigen::Vector3d pixel = avatar::project(camera, vertices.col(sample.vertex));
+    const Eigen::Vector3d pixel = avatar::project(view.camera, view.vertices.col(sample.vertex));
     if (!(pixel.z() > 0.0) || !(std::abs(pixel.x()) < 1e6) || !(std::abs(pixel.y()) < 1e6)) {
       continue;
     }
     const int x = static_cast<int>(std::lround(pixel.x()));
     const int y = static_cast<int>(std::lround(pixel.y()));
-    if (x < 0 || y < 0 || x >= image.width || y >= image.height) {
+    if (x < 0 || y < 0 || x >= view.image.width || y >= view.image.height) {
       continue;
     }
-    const double front = static_cast<double>(image.depth[image.index(x, y)]);
+    const double front = static_cast<double>(view.image.depth[view.image.index(x, y)]);
     visible[i] = front == 0.0 || pixel.z() < front + kTolerance ? 1 : 0;
   }
 }
@@ -59,11 +65,12 @@ std::vector<std::uint8_t> visibleSamples(
   const Eigen::Matrix3Xi& faces = surface.model().faces;
   const Eigen::Matrix3Xi bodyFaces = faces.leftCols(surface.numBodyFaces());
   rasterizer.draw({vertices, bodyFaces});
-  markVisible(surface, vertices, coarse, rasterizer.image(), false, visible);
+  const View view{vertices, coarse, rasterizer.image()};
+  markVisible(surface, view, false, visible);
   if (surface.numBodyFaces() < faces.cols()) {
     const Eigen::Matrix3Xi clothFaces = faces.rightCols(faces.cols() - surface.numBodyFaces());
     rasterizer.draw({vertices, clothFaces});
-    markVisible(surface, vertices, coarse, rasterizer.image(), true, visible);
+    markVisible(surface, view, true, visible);
   }
   return visible;
 }

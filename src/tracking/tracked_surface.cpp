@@ -26,7 +26,7 @@ struct JointSampling {
 };
 
 JointSampling samplingOf(int joint) {
-  using namespace avatar;
+  using enum avatar::SmplJoint;
   switch (joint) {
     case kHead:
       return {1.4, 1.0};
@@ -89,11 +89,9 @@ BodyModel withLayer(const BodyModel& body, const OuterLayer& layer) {
   model.jointRegressor.conservativeResize(body.numJoints(), numAll);
   std::vector<Eigen::Triplet<double>> weights;
   const auto append = [&](const SkinningWeights& from, Eigen::Index first) {
-    for (Eigen::Index v = 0; v < from.rows(); ++v) {
-      for (SkinningWeights::InnerIterator it(from, v); it; ++it) {
+    for (Eigen::Index v = 0; v < from.rows(); ++v)
+      for (SkinningWeights::InnerIterator it(from, v); it; ++it)
         weights.emplace_back(static_cast<int>(first + v), static_cast<int>(it.col()), it.value());
-      }
-    }
   };
   append(body.skinningWeights, 0);
   append(layer.skinningWeights, numBody);
