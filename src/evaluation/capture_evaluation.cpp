@@ -54,7 +54,7 @@ std::string trueModel(
   if (!options.bodyModel.empty())
     return options.bodyModel;
   const std::string named = trueBodyModelName(options.truthFolder);
-  const std::string model = named.empty() ? body.model : named;
+  std::string model = named.empty() ? body.model : named;
   try {
     static_cast<void>(avatar::loadBody(model));
   } catch (const avatar::FileError& error) {

@@ -116,21 +116,21 @@ void TruthComparison::pairGarments(const CapturedFrame& frame, const TrueFrame& 
     pairUp(t, *same);
     oursLeft.erase(same);
   }
-  for (const std::size_t t : trueLeft) {
+  const auto nearestOf = [&](std::size_t t) {
     const MovingSurface surface(
         avatar::TriangleMesh{truth.garments[t], truth_.garments()[t].faces});
-    double nearest = std::numeric_limits<double>::infinity();
-    auto best = oursLeft.end();
-    for (auto o = oursLeft.begin(); o != oursLeft.end(); ++o) {
-      const MovingSurface candidate(
-          avatar::TriangleMesh{frame.garments[*o], layers_.garments[*o].faces});
-      const double distance =
-          meanDistance(surface, candidate, threads_) + meanDistance(candidate, surface, threads_);
-      if (distance < nearest) {
-        nearest = distance;
-        best = o;
-      }
-    }
+    const auto apart = [&](std::size_t o) {
+      const MovingSurface ours(avatar::TriangleMesh{frame.garments[o], layers_.garments[o].faces});
+      return meanDistance(surface, ours, threads_) + meanDistance(ours, surface, threads_);
+    };
+    std::vector<double> distances;
+    for (const std::size_t o : oursLeft)
+      distances.push_back(apart(o));
+    const auto least = std::min_element(distances.begin(), distances.end());
+    return oursLeft.begin() + (least - distances.begin());
+  };
+  for (const std::size_t t : trueLeft) {
+    const auto best = nearestOf(t);
     const std::string& name = truth_.garments()[t].name;
     if (best == oursLeft.end()) {
       notes_.push_back("the capture has no garment for the truth's " + name);

@@ -126,42 +126,49 @@ std::vector<std::uint8_t> projectorShadow(
   return shadow;
 }
 
+namespace {
+
+/// Change per pixel of log z, from the side on which the surface goes on.
+double slopeOf(float z, float before, float after, const avatar::Camera& camera) {
+  const bool useBefore = !isJump(z, before, camera);
+  const bool useAfter = !isJump(z, after, camera);
+  if (useBefore && useAfter)
+    return 0.5 * static_cast<double>(after - before) / static_cast<double>(z);
+  if (useAfter)
+    return static_cast<double>(after - z) / static_cast<double>(z);
+  return useBefore ? static_cast<double>(z - before) / static_cast<double>(z) : 0.0;
+}
+
+/// Between a surface's normal and the ray that sees it [rad]. The normal of z(u, v) in the camera's
+/// frame is ∂p/∂u × ∂p/∂v with p = z·ray(u, v); du, dv: changes of log z per pixel.
+double angleToView(const Eigen::Vector3d& ray, double du, double dv, const avatar::Camera& camera) {
+  const Eigen::Vector3d normal(
+      camera.fx * du, camera.fy * dv, -1.0 - camera.fx * du * ray.x() - camera.fy * dv * ray.y());
+  return std::acos(std::min(1.0, std::abs(normal.dot(ray)) / (normal.norm() * ray.norm())));
+}
+
+}  // namespace
+
 std::vector<float> viewingAngles(const std::vector<float>& depth, const avatar::Camera& camera) {
   std::vector<float> angles(depth.size(), 0.0F);
-  const auto at = [&](int x, int y) {
-    return depth
-        [static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-         static_cast<std::size_t>(x)];
+  const auto index = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+           static_cast<std::size_t>(x);
   };
-  /// Change per pixel of log z, from the side on which the surface goes on.
-  const auto slope = [&](float z, float before, float after) {
-    const bool useBefore = !isJump(z, before, camera);
-    const bool useAfter = !isJump(z, after, camera);
-    if (useBefore && useAfter)
-      return 0.5 * static_cast<double>(after - before) / static_cast<double>(z);
-    if (useAfter)
-      return static_cast<double>(after - z) / static_cast<double>(z);
-    return useBefore ? static_cast<double>(z - before) / static_cast<double>(z) : 0.0;
+  // 0, no measurement, beyond the image.
+  const auto at = [&](int x, int y) {
+    const bool inside = x >= 0 && y >= 0 && x < camera.width && y < camera.height;
+    return inside ? depth[index(x, y)] : 0.0F;
   };
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
       const float z = at(x, y);
       if (!(z > 0.0F))
         continue;
-      const double du =
-          slope(z, x > 0 ? at(x - 1, y) : 0.0F, x + 1 < camera.width ? at(x + 1, y) : 0.0F);
-      const double dv =
-          slope(z, y > 0 ? at(x, y - 1) : 0.0F, y + 1 < camera.height ? at(x, y + 1) : 0.0F);
-      // Normal of z(u, v) in the camera's frame, from ∂p/∂u × ∂p/∂v with p = z·ray(u, v).
-      const Eigen::Vector3d ray = avatar::rayInCamera(camera, x, y);
-      const Eigen::Vector3d normal(
-          camera.fx * du,
-          camera.fy * dv,
-          -1.0 - camera.fx * du * ray.x() - camera.fy * dv * ray.y());
-      const double cosine = std::abs(normal.dot(ray)) / (normal.norm() * ray.norm());
-      angles
-          [static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-           static_cast<std::size_t>(x)] = static_cast<float>(std::acos(std::min(1.0, cosine)));
+      const double du = slopeOf(z, at(x - 1, y), at(x + 1, y), camera);
+      const double dv = slopeOf(z, at(x, y - 1), at(x, y + 1), camera);
+      angles[index(x, y)] =
+          static_cast<float>(angleToView(avatar::rayInCamera(camera, x, y), du, dv, camera));
     }
   }
   return angles;

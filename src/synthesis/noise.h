@@ -11,7 +11,7 @@ namespace simulcap {
 /// and on any number of threads. The finaliser of splitmix64 (Steele et al. 2014) after each word.
 class Noise {
  public:
-  explicit Noise(std::initializer_list<std::uint64_t> keys) {
+  Noise(std::initializer_list<std::uint64_t> keys) {
     for (const std::uint64_t key : keys)
       state_ = mixed(state_ ^ mixed(key + kStep));
   }

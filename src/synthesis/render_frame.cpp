@@ -128,19 +128,16 @@ avatar::ColorImage photographed(
     const int row = std::clamp(y, 0, exact.height - 1);
     return exact.rgb.data() + std::ptrdiff_t{row} * rowBytes + std::ptrdiff_t{3} * column;
   };
+  // A Gaussian of σ = 0.5 px in five samples.
+  const auto blurred = [&](int x, int y, int c) {
+    return 0.6 * at(x, y)[c] +
+           0.1 * (at(x, y - 1)[c] + at(x, y + 1)[c] + at(x - 1, y)[c] + at(x + 1, y)[c]);
+  };
   avatar::ColorImage image = exact;
-  std::size_t i = 0;
-  for (int y = 0; y < exact.height; ++y) {
-    for (int x = 0; x < exact.width; ++x) {
-      const std::uint8_t* row[3] = {at(x, y - 1), at(x, y), at(x, y + 1)};
-      const std::uint8_t* left = at(x - 1, y);
-      const std::uint8_t* right = at(x + 1, y);
-      for (int c = 0; c < 3; ++c, ++i) {
-        // A Gaussian of σ = 0.5 px in five samples; noise is uniform, of variance 4/3.
-        const double blurred = 0.6 * row[1][c] + 0.1 * (row[0][c] + row[2][c] + left[c] + right[c]);
-        image.rgb[i] = toByte(blurred + noise.uniform(i, -2.0, 2.0));
-      }
-    }
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+    const int pixel = static_cast<int>(i / 3);
+    const double value = blurred(pixel % exact.width, pixel / exact.width, static_cast<int>(i % 3));
+    image.rgb[i] = toByte(value + noise.uniform(i, -2.0, 2.0));  // of variance 4/3
   }
   return image;
 }

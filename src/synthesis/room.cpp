@@ -42,7 +42,7 @@ RoomThing thing(
     const RoomFrame& frame,
     const avatar::TriangleMesh& mesh,
     const Eigen::Isometry3d& roomFromThing,
-    SolidPattern pattern) {
+    const SolidPattern& pattern) {
   return {{frame.worldFromRoom * (roomFromThing * mesh.vertices), mesh.faces}, pattern};
 }
 
