@@ -73,7 +73,8 @@ SoftTissue makeSoftTissue(
   const Eigen::MatrixXd weights = model.skinningWeights.leftCols(avatar::kNumSmplJoints);
   Eigen::MatrixXd bulges = 4.0 * weights.array() * (1.0 - weights.array());
   for (int joint = 0; joint < avatar::kNumSmplJoints; ++joint)
-    bulges.col(joint) *= noise.uniform(static_cast<std::uint64_t>(1000 + joint), -1.0, 1.0);
+    bulges.col(joint) *=
+        noise.uniform(std::uint64_t{1000} + static_cast<std::uint64_t>(joint), -1.0, 1.0);
   const double bulgeHeight = options.poseShare * options.largest;
   return [normals, steady, bulges = std::move(bulges), bulgeHeight](const avatar::BodyPose& pose) {
     Eigen::VectorXd bent = Eigen::VectorXd::Zero(avatar::kNumSmplJoints);

@@ -68,7 +68,9 @@ class PatchGrid {
     for (int k = 0; k < 4; ++k) {
       const int c = std::min(column + k % 2, columns_ - 1);
       const int r = std::min(row + k / 2, rows_ - 1);
-      const Patch& patch = patches_[static_cast<std::size_t>(r * columns_ + c)];
+      const Patch& patch = patches_
+          [static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(c)];
       if (!(patch.area > 0.0))
         continue;
       const double weight = 1.0 / (patch.area + (patch.point - point).squaredNorm());
