@@ -148,9 +148,8 @@ PoseSolution solvePose(
     regularizer.add(solution.parameters, start.pose, options.regularization, equations);
     if (betas) {
       const Eigen::Index numBetas = surface.numBetas();
-      if (i + 1 == options.iterations) {
+      if (i + 1 == options.iterations)
         solution.betaInformation = marginalBetas(equations.matrix);
-      }
       equations.matrix.bottomRightCorner(numBetas, numBetas) += betas->information;
       equations.gradient.tail(numBetas) +=
           betas->information * (solution.parameters.betas - betas->mean);
