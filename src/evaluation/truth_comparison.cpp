@@ -124,6 +124,7 @@ void TruthComparison::pairGarments(const CapturedFrame& frame, const TrueFrame& 
       return meanDistance(surface, ours, threads_) + meanDistance(ours, surface, threads_);
     };
     std::vector<double> distances;
+    distances.reserve(oursLeft.size());
     for (const std::size_t o : oursLeft)
       distances.push_back(apart(o));
     const auto least = std::min_element(distances.begin(), distances.end());
