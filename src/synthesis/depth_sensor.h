@@ -16,8 +16,9 @@ double kinectAxialNoise(double z, double angle);
 /// at a baseline of 75 mm and a focal length of 580 px (Khoshelham & Elberink 2012), [m].
 double kinectDepthStep(double z);
 
-/// Axial noise of a time-of-flight camera (as Kinect v2's, about 1.5 mm at 1 m and growing with the
-/// square of distance), [m].
+/// Axial noise of a time-of-flight camera, about 1.5 mm at 1 m and growing with the square of
+/// distance, as the light that comes back falls, [m]. Of the order of Kinect v2's; our own numbers,
+/// not those of a published fit.
 double timeOfFlightNoise(double z, double angle);
 
 /// Who measures a frame, and which one.

@@ -56,13 +56,13 @@ JointSampling samplingOf(int joint) {
 
 void requireSmplFamily(const BodyModel& model) {
   avatar::requireValid(model);
-  if (model.numJoints() < avatar::kNumSmplJoints ||
+  if (model.numJoints() < avatar::kNumSmplJoints || model.numJoints() > kMostModelJoints ||
       !std::equal(
           avatar::kSmplParents.begin(),
           avatar::kSmplParents.begin() + kNumTrackedJoints,
           model.parents.begin())) {
     throw std::invalid_argument(
-        "TrackedSurface: the body's first 22 of at least 24 joints must be SMPL's");
+        "TrackedSurface: the body's first 22 of 24 to 64 joints must be SMPL's");
   }
 }
 

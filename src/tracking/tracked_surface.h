@@ -13,6 +13,9 @@ namespace simulcap {
 /// models of the family have elsewhere.
 inline constexpr int kNumTrackedJoints = 22;
 
+/// More joints than any model of the family has (SMPL-X: 55).
+inline constexpr int kMostModelJoints = 64;
+
 /// What is looked for in depth: pose and the first betas.
 struct BodyParameters {
   avatar::BodyPose pose;  ///< 24 joints

@@ -45,14 +45,13 @@ void addConstraint(
     const SurfaceConstraint& constraint,
     const Eigen::VectorXd& betaRow,
     BonePairs& pairs) {
-  constexpr std::size_t kMostBones = 16;
   const Eigen::Vector3d rest = at.rest.col(constraint.sample);
   const double pull = constraint.weight * constraint.residual;
-  std::array<Wrench, kMostBones> wrenches;
-  std::array<Eigen::Index, kMostBones> bones{};
+  std::array<Wrench, kMostModelJoints> wrenches;
+  std::array<Eigen::Index, kMostModelJoints> bones{};
   std::size_t count = 0;
   for (SkinningWeights::InnerIterator it(surface.sampledModel().skinningWeights, constraint.sample);
-       it && count < kMostBones;
+       it;
        ++it) {
     const auto k = static_cast<std::size_t>(it.col());
     const Eigen::Vector3d carried =

@@ -24,8 +24,8 @@ struct SurfaceConstraint {
 /// wrench h_k = w_k (x_k × n, n), x_k where bone k alone would carry it, and the bone's velocity
 /// field ω_k × x + u_k. The products h_k h_lᵀ are gathered per pair of bones (6 × 6), summed once
 /// from the leaves to the root (every joint moves its whole subtree) and only then multiplied with
-/// the joints' axes. Exact but for the derivative of pose blend shapes, which is left out: it is
-/// a few percent of a joint's own movement, and the fixed point stays where the residuals put it.
+/// the joints' axes. Exact but for the derivative of pose blend shapes, which is left out: of a
+/// model that has them, the poses found are where this slightly different gradient vanishes.
 avatar::NormalEquations treeEquations(
     const TrackedSurface& surface,
     const PosedSamples& at,

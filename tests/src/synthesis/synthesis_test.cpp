@@ -67,8 +67,8 @@ TEST(Synthesis, WritesASequenceWithItsTruthForAnyNumberOfThreads) {
   EXPECT_EQ(avatar::readNpz(folder.path("one/gt/body.npz")).at("poses").shape[0], 4);
 }
 
-/// The written truth, rendered by hand: every vertex that the camera sees lies on its depth.
-TEST(Synthesis, DepthShowsTheTruth) {
+/// The written truth, projected by hand.
+TEST(Synthesis, LabelsShowTheTruth) {
   const avatar::test::TemporaryFolder folder;
   const Scene scene = test::smallCapture(2);
   synthesize(scene, folder.path("seq"), {});
