@@ -100,10 +100,13 @@ DepthView::DepthView(const DepthCloud& cloud, const avatar::Camera& camera, int 
     return;
   const double stride =
       std::max(1.0, std::sqrt(static_cast<double>(numPersonPixels_) / numPixelSamples));
-  for (double y = box_.min().y(); y <= box_.max().y(); y += stride) {
-    for (double x = box_.min().x(); x <= box_.max().x(); x += stride)
-      if (isPerson(static_cast<int>(x), static_cast<int>(y)))
-        pixels_.push_back(sampleAt(static_cast<int>(x), static_cast<int>(y)));
+  const auto along = [&](int axis, int step) {
+    return box_.min()[axis] + static_cast<int>(step * stride);
+  };
+  for (int row = 0; along(1, row) <= box_.max().y(); ++row) {
+    for (int column = 0; along(0, column) <= box_.max().x(); ++column)
+      if (isPerson(along(0, column), along(1, row)))
+        pixels_.push_back(sampleAt(along(0, column), along(1, row)));
   }
   buildNearestTable();
 }

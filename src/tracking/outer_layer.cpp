@@ -52,11 +52,9 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
     layer.restVertices.middleCols(vertex, count) = unposed(garment, avatar.body);
     layer.faces.middleCols(face, garment.mesh.numFaces()) =
         garment.mesh.faces.array() + static_cast<int>(vertex);
-    for (Eigen::Index v = 0; v < count; ++v) {
-      for (SkinningWeights::InnerIterator it(garment.skinningWeights, v); it; ++it) {
+    for (Eigen::Index v = 0; v < count; ++v)
+      for (SkinningWeights::InnerIterator it(garment.skinningWeights, v); it; ++it)
         weights.emplace_back(static_cast<int>(vertex + v), static_cast<int>(it.col()), it.value());
-      }
-    }
     vertex += count;
     face += garment.mesh.numFaces();
   }

@@ -6,7 +6,11 @@
 namespace simulcap {
 namespace {
 
-using namespace avatar;
+using avatar::BodyPose;
+using avatar::JointLimits;
+using avatar::NormalEquations;
+using avatar::PosePrior;
+using enum avatar::SmplJoint;
 
 /// Resistance of single axes to leaving 0 [per rad²]: what anatomy allows hardly at all, and what
 /// depth hardly shows.
@@ -66,7 +70,7 @@ Eigen::Vector3d nearestBranch(const Eigen::Vector3d& axisAngle, const Eigen::Vec
 }
 
 PoseRegularizer::PoseRegularizer(PosePrior prior)
-    : prior_(std::move(prior)), limits_(humanJointLimits()) {}
+    : prior_(std::move(prior)), limits_(avatar::humanJointLimits()) {}
 
 double PoseRegularizer::add(
     const BodyParameters& parameters,
@@ -77,11 +81,11 @@ double PoseRegularizer::add(
   double energy = 0.0;
 
   const PosePrior::Evaluation prior = prior_.evaluate(parameters.pose);
-  const auto jacobian = prior.jacobian.leftCols<kTracked>();
+  const Eigen::MatrixXd jacobian = prior.jacobian.leftCols(kTracked);
   equations.matrix.block<kTracked, kTracked>(3, 3).noalias() +=
       weights.prior * jacobian.transpose() * jacobian;
-  equations.gradient.segment<kTracked>(3).noalias() +=
-      weights.prior * jacobian.transpose() * prior.residual;
+  for (int i = 0; i < kTracked; ++i)
+    equations.gradient[3 + i] += weights.prior * jacobian.col(i).dot(prior.residual);
   energy += weights.prior * prior.energy;
 
   constexpr double kLimit = 1000.0;  // [per rad²]
