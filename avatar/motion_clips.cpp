@@ -155,7 +155,8 @@ Motion walk(const ClipOptions& options, const ClipBody& body, bool inPlace) {
   GaitPlan plan;
   plan.period = stridePeriod(options, body);
   plan.start = 0.5 * options.blendSeconds;
-  plan.end = options.blendSeconds + seconds + plan.period;  // still walking at the end
+  // Still walking at the end, and long enough for the steady cycle that sets the pelvis height.
+  plan.end = std::max(options.blendSeconds + seconds, plan.start + 4.0 * plan.period) + plan.period;
   const double ramp = 1.2 * plan.period;
   plan.travel = [=](double t) {
     // ∫ of a smoothstep speed, v·r·(u³ − u⁴/2), then constant speed.

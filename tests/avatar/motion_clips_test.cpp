@@ -196,6 +196,17 @@ TEST(MotionClips, GaitHasPublishedAngles) {
   EXPECT_NEAR(high - low, 0.036, 0.012);
 }
 
+TEST(MotionClips, ShortWalksStayUpright) {
+  for (const double seconds : {0.5, 1.0, 2.0}) {
+    ClipOptions options;
+    options.seconds = seconds;
+    const Motion clip = makeClip("walk", options);
+    const double standing = clip.frames.front().translation.y();
+    for (const BodyPose& pose : clip.frames)
+      EXPECT_NEAR(pose.translation.y(), standing, 0.08) << seconds;  // as low as steps of 0.7 m
+  }
+}
+
 TEST(MotionClips, WalkingSpeedIsAsAskedAndInPlaceStaysThere) {
   ClipOptions options;
   options.walkingSpeed = 0.9;
