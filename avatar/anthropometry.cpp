@@ -29,7 +29,7 @@ struct Range {
   double to = 0.0;
 };
 
-void require(bool condition, const std::string& problem) {
+void requireMeasurable(bool condition, const std::string& problem) {
   if (!condition) {
     throw std::invalid_argument("body measures: " + problem);
   }
@@ -37,10 +37,10 @@ void require(bool condition, const std::string& problem) {
 
 void requireClosed(const MeshView& mesh, const Adjacency& adjacency) {
   const Topology shape = topology(mesh.faces, adjacency);
-  require(shape.closed && mesh.numFaces() > 0, "the mesh must be closed");
-  require(shape.edgeManifold, "no edge of the mesh may have more than two faces");
-  require(shape.oriented, "the faces of the mesh must be wound alike");
-  require(signedVolume(mesh) > 0.0, "the mesh is inside out");
+  requireMeasurable(shape.closed && mesh.numFaces() > 0, "the mesh must be closed");
+  requireMeasurable(shape.edgeManifold, "no edge of the mesh may have more than two faces");
+  requireMeasurable(shape.oriented, "the faces of the mesh must be wound alike");
+  requireMeasurable(signedVolume(mesh) > 0.0, "the mesh is inside out");
 }
 
 void requireTPose(const Eigen::Matrix3Xd& joints, double stature) {
@@ -48,26 +48,28 @@ void requireTPose(const Eigen::Matrix3Xd& joints, double stature) {
   for (int joint = 1; joint < kUsedJoints; ++joint) {
     const int parent = kSmplParents.at(joint);
     const Eigen::Vector3d bone = joints.col(joint) - joints.col(parent);
-    require(
+    requireMeasurable(
         bone.norm() > kShortestBone * stature,
         std::string(kSmplJointNames.at(joint)) + " and its parent joint are too close");
   }
   for (const int joint : {kLeftElbow, kRightElbow, kLeftWrist, kRightWrist}) {
     const Eigen::Vector3d bone = joints.col(joint) - joints.col(kSmplParents.at(joint));
     const double outward = joint == kLeftElbow || joint == kLeftWrist ? bone.x() : -bone.x();
-    require(outward > kCos45 * bone.norm(), "the arms must be stretched out sideways (T-pose)");
+    requireMeasurable(
+        outward > kCos45 * bone.norm(), "the arms must be stretched out sideways (T-pose)");
   }
   for (const int joint : {kLeftKnee, kRightKnee, kLeftAnkle, kRightAnkle}) {
     const Eigen::Vector3d bone = joints.col(joint) - joints.col(kSmplParents.at(joint));
-    require(-bone.y() > kCos45 * bone.norm(), "the legs must be stretched downwards (T-pose)");
+    requireMeasurable(
+        -bone.y() > kCos45 * bone.norm(), "the legs must be stretched downwards (T-pose)");
   }
-  require(
+  requireMeasurable(
       joints(0, kLeftHip) > joints(0, kRightHip) &&
           joints(0, kLeftShoulder) > joints(0, kRightShoulder),
       "left joints must be at greater x than right ones");
   const double shoulders = 0.5 * (joints(1, kLeftShoulder) + joints(1, kRightShoulder));
   const double hips = 0.5 * (joints(1, kLeftHip) + joints(1, kRightHip));
-  require(
+  requireMeasurable(
       shoulders - hips > kShortestBone * stature && joints(1, kNeck) > joints(1, kPelvis) &&
           joints(1, kHead) > joints(1, kNeck),
       "shoulders, neck and head must be above the hips");
@@ -169,7 +171,7 @@ class Tailor {
   /// nearest loop.
   PlaneLoop loopAround(const PlaneFrame& plane, const Eigen::Vector3d& point) const {
     const std::vector<PlaneLoop> loops = planeSection(mesh_, adjacency_, plane);
-    require(!loops.empty(), "the joints lie off the mesh");
+    requireMeasurable(!loops.empty(), "the joints lie off the mesh");
     const Eigen::Vector2d p = plane.project(point);
     const PlaneLoop* best = nullptr;
     for (const PlaneLoop& loop : loops) {
@@ -316,7 +318,7 @@ class Tailor {
     const Eigen::Vector3d forearm = wrist - joint(left ? kLeftElbow : kRightElbow);
     const double reach = (forearm.normalized().transpose() * mesh_.vertices).maxCoeff();
     const double length = reach - forearm.normalized().dot(wrist);
-    require(length > 0.0, "the hands end before the wrist joints");
+    requireMeasurable(length > 0.0, "the hands end before the wrist joints");
     return length;
   }
 
@@ -327,7 +329,8 @@ class Tailor {
     const Eigen::Vector3d other = joint(left ? kRightAnkle : kLeftAnkle);
     Eigen::Vector3d direction = joint(left ? kLeftFoot : kRightFoot) - ankle;
     direction.y() = 0.0;
-    require(direction.norm() > kShortestBone * (top_ - sole_), "the feet must point forward");
+    requireMeasurable(
+        direction.norm() > kShortestBone * (top_ - sole_), "the feet must point forward");
     direction.normalize();
     Range extent = {
         std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -337,7 +340,7 @@ class Tailor {
         extent.to = std::max(extent.to, direction.dot(vertex));
       }
     }
-    require(extent.to > extent.from, "there are no feet below the ankle joints");
+    requireMeasurable(extent.to > extent.from, "there are no feet below the ankle joints");
     return extent.to - extent.from;
   }
 
@@ -353,8 +356,8 @@ class Tailor {
 
 BodyMeasures measureBody(const MeshView& mesh, const Eigen::Matrix3Xd& joints) {
   requireValid(mesh, "body measures");
-  require(joints.cols() >= kUsedJoints, "at least 22 joints are needed");
-  require(joints.allFinite(), "every joint must be finite");
+  requireMeasurable(joints.cols() >= kUsedJoints, "at least 22 joints are needed");
+  requireMeasurable(joints.allFinite(), "every joint must be finite");
   const Adjacency adjacency = buildAdjacency(mesh.faces, mesh.numVertices());
   requireClosed(mesh, adjacency);
   requireTPose(joints, boundingBox(mesh).sizes().y());

@@ -3,8 +3,16 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
+#include <numbers>
 
 namespace avatar {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// The rotation by an angle [rad] about a unit axis.
+inline Eigen::Quaterniond rotationAbout(double angle, const Eigen::Vector3d& axis) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis));
+}
 
 /// The unit quaternion of an axis-angle vector [rad].
 inline Eigen::Quaterniond quaternionFromAxisAngle(const Eigen::Vector3d& axisAngle) {

@@ -1,5 +1,6 @@
 #include "avatar/body_fit.h"
 
+#include "avatar/axis_angle.h"
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/skinning_jacobian.h"
@@ -15,8 +16,6 @@
 
 namespace avatar {
 namespace {
-
-constexpr double kRadPerDegree = 3.14159265358979323846 / 180.0;
 
 /// A third of the area of the faces around each vertex [m²].
 Eigen::VectorXd vertexAreas(const MeshView& mesh) {
@@ -104,7 +103,7 @@ class BodyFitter {
         modelSamples_(
             sampledVertices({model.templateVertices, model.faces}, options.samplesPerDirection)),
         targetSamples_(sampledVertices(target, options.samplesPerDirection)),
-        cosMaxAngle_(std::cos(options.maxAngle * kRadPerDegree)) {
+        cosMaxAngle_(std::cos(options.maxAngle * kDegree)) {
     const BodyParameterLayout layout = jacobian_.layout();
     x_ = Eigen::VectorXd::Zero(layout.size());
     const Eigen::VectorXd& start = options.startPose.jointRotations;

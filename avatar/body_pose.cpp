@@ -1,5 +1,7 @@
 #include "avatar/body_pose.h"
 
+#include "avatar/axis_angle.h"
+
 namespace avatar {
 namespace {
 
@@ -8,8 +10,6 @@ constexpr std::array<int, kNumSmplJoints> kMirror = {
     kSpine2,     kRightAnkle,  kLeftAnkle,  kSpine3,    kRightFoot,     kLeftFoot,
     kNeck,       kRightCollar, kLeftCollar, kHead,      kRightShoulder, kLeftShoulder,
     kRightElbow, kLeftElbow,   kRightWrist, kLeftWrist, kRightHand,     kLeftHand};
-
-constexpr double kRadPerDegree = 3.14159265358979323846 / 180.0;
 
 }  // namespace
 
@@ -30,10 +30,10 @@ BodyPose mirrored(const BodyPose& pose) {
 
 BodyPose aPose() {
   BodyPose pose;
-  pose.jointRotations[3 * kLeftShoulder + 2] = -45.0 * kRadPerDegree;
-  pose.jointRotations[3 * kRightShoulder + 2] = 45.0 * kRadPerDegree;
-  pose.jointRotations[3 * kLeftHip + 2] = 7.0 * kRadPerDegree;
-  pose.jointRotations[3 * kRightHip + 2] = -7.0 * kRadPerDegree;
+  pose.jointRotations[3 * kLeftShoulder + 2] = -45.0 * kDegree;
+  pose.jointRotations[3 * kRightShoulder + 2] = 45.0 * kDegree;
+  pose.jointRotations[3 * kLeftHip + 2] = 7.0 * kDegree;
+  pose.jointRotations[3 * kRightHip + 2] = -7.0 * kDegree;
   return pose;
 }
 

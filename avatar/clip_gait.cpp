@@ -9,15 +9,9 @@
 namespace avatar {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
 constexpr double kStance = 0.62;  // share of the cycle (Perry & Burnfield 2010)
 // The body passes over the flat foot before the middle of the stance, which ends on the toes.
 constexpr double kPrintTime = 0.38;  // share of the stance
-
-Eigen::Quaterniond about(double angle, const Eigen::Vector3d& axis) {
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis));
-}
 
 /// Pitch of the foot over its own cycle, 0 at heel strike, toes down positive (Winter 2009): heel
 /// strike at −18°, flat at 8 %, heel off at 35 %, toe off at 62 % with 58°.
@@ -128,20 +122,20 @@ FootPlacement Gait::foot(int side, double time, const FootPlacement& standing) c
 /// with the leading leg.
 void Gait::poseRoot(double time, double ease, ClipFrame& frame) const {
   const double amplitude = ease * plan_.amplitude;
-  const double angle = 2.0 * kPi * phase(time);
+  const double angle = 2.0 * std::numbers::pi * phase(time);
   const double yaw = plan_.heading(time);
   // Left mid-stance is at phase 0.30.
-  const double midStance = 2.0 * kPi * 0.30;
+  const double midStance = 2.0 * std::numbers::pi * 0.30;
   const double overLeft = std::cos(angle - midStance);
   const double sway = 0.02 * amplitude * overLeft;
   frame.pelvis.x() = sway * std::cos(yaw);
   frame.pelvis.z() = plan_.travel(time) - sway * std::sin(yaw);
   frame.pelvis.y() += 0.018 * amplitude * std::cos(2.0 * (angle - midStance));
-  const double list = -4.0 * kDegree * amplitude * std::cos(angle - 2.0 * kPi * 0.14);
+  const double list = -4.0 * kDegree * amplitude * std::cos(angle - 2.0 * std::numbers::pi * 0.14);
   const double rotation = -4.0 * kDegree * amplitude * std::cos(angle);
-  frame.pelvisRotation = about(yaw + rotation, Eigen::Vector3d::UnitY()) *
-                         about(-list, Eigen::Vector3d::UnitZ()) *
-                         about(3.0 * kDegree * amplitude, Eigen::Vector3d::UnitX());
+  frame.pelvisRotation = rotationAbout(yaw + rotation, Eigen::Vector3d::UnitY()) *
+                         rotationAbout(-list, Eigen::Vector3d::UnitZ()) *
+                         rotationAbout(3.0 * kDegree * amplitude, Eigen::Vector3d::UnitX());
 }
 
 ClipFrame Gait::frame(double time, const ClipFrame& base) const {

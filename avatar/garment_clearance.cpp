@@ -1,6 +1,7 @@
 #include "avatar/garment_clearance.h"
 
 #include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/element_index.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +12,6 @@
 
 namespace avatar {
 namespace {
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// The half space {x : normal·x ≥ offset} that a vertex has to stay in.
 struct Plane {

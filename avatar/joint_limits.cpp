@@ -1,8 +1,9 @@
 #include "avatar/joint_limits.h"
 
+#include "avatar/axis_angle.h"
+
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <stdexcept>
 
 namespace avatar {
@@ -37,7 +38,6 @@ constexpr std::array<JointRange, 14> kRanges = {{
 }};
 
 void setRange(JointLimits& limits, int joint, int axis, DegreeRange range) {
-  constexpr double kDegree = std::numbers::pi / 180.0;
   const int index = 3 * (joint - 1) + axis;
   limits.low[index] = range.low * kDegree;
   limits.high[index] = range.high * kDegree;

@@ -12,13 +12,6 @@
 namespace avatar {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
-
-Eigen::Quaterniond about(double angle, const Eigen::Vector3d& axis) {
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis));
-}
-
 const Eigen::Vector3d kX = Eigen::Vector3d::UnitX();
 const Eigen::Vector3d kY = Eigen::Vector3d::UnitY();
 const Eigen::Vector3d kZ = Eigen::Vector3d::UnitZ();
@@ -42,8 +35,8 @@ void setSpine(BodyPose& pose, const Eigen::Quaterniond& total) {
 /// is above the A-pose (scapulohumeral rhythm 2 : 1, Inman 1944).
 void abductArms(BodyPose& pose, double elevation) {
   const double collar = std::max(0.0, elevation + 45.0 * kDegree) / 3.0 * 0.8;
-  setPair(pose, kLeftCollar, about(collar, kZ));
-  setPair(pose, kLeftShoulder, about(elevation - collar, kZ));
+  setPair(pose, kLeftCollar, rotationAbout(collar, kZ));
+  setPair(pose, kLeftShoulder, rotationAbout(elevation - collar, kZ));
 }
 
 /// Cycles that fit the wanted length, and how long each then takes.
@@ -75,17 +68,17 @@ ClipFrame plantedFrame(const ClipBody& body, double blend) {
 double turnAngle(double u) {
   constexpr double kRamp = 0.1;
   const auto risen = [](double x) {  // ∫ (1 − cos(π x/r))/2 dx
-    return 0.5 * x - 0.5 * kRamp / kPi * std::sin(kPi * x / kRamp);
+    return 0.5 * x - 0.5 * kRamp / std::numbers::pi * std::sin(std::numbers::pi * x / kRamp);
   };
   const double x = std::clamp(u, 0.0, 1.0);
   const double whole = 1.0 - kRamp;  // area under the speed profile
   if (x < kRamp) {
-    return 2.0 * kPi * risen(x) / whole;
+    return 2.0 * std::numbers::pi * risen(x) / whole;
   }
   if (x > 1.0 - kRamp) {
-    return 2.0 * kPi * (1.0 - risen(1.0 - x) / whole);
+    return 2.0 * std::numbers::pi * (1.0 - risen(1.0 - x) / whole);
   }
-  return 2.0 * kPi * (x - 0.5 * kRamp) / whole;
+  return 2.0 * std::numbers::pi * (x - 0.5 * kRamp) / whole;
 }
 
 Motion turn(const ClipOptions& options, const ClipBody& body) {
@@ -100,7 +93,7 @@ Motion turn(const ClipOptions& options, const ClipBody& body) {
     const double turnTime = last - options.blendSeconds;
     BodyPose pose = body.standing().upper;
     const double angle = turnAngle((time - options.blendSeconds) / turnTime);
-    setJointRotation(pose, kPelvis, about(angle, kY));
+    setJointRotation(pose, kPelvis, rotationAbout(angle, kY));
     motion.frames.push_back(pose);
   }
   return motion;
@@ -126,20 +119,22 @@ Motion turnSteps(const ClipOptions& options, const ClipBody& body) {
 /// trunk turning against the pelvis). `phase` 0 at left heel strike.
 BodyPose walkingUpper(double phase) {
   BodyPose pose;
-  const double swing = std::cos(2.0 * kPi * phase);  // +1: left leg in front
+  const double swing = std::cos(2.0 * std::numbers::pi * phase);  // +1: left leg in front
   const auto arm = [&](int collarSide, double forward) {
     const int shoulder = collarSide == 0 ? kLeftShoulder : kRightShoulder;
     const int elbow = collarSide == 0 ? kLeftElbow : kRightElbow;
     const double sign = collarSide == 0 ? 1.0 : -1.0;
     const double flexion = (2.0 + 20.0 * forward) * kDegree;
-    setJointRotation(pose, shoulder, about(-flexion, kX) * about(-sign * 76.0 * kDegree, kZ));
-    setJointRotation(pose, elbow, about(-sign * (24.0 + 11.0 * forward) * kDegree, kY));
+    setJointRotation(
+        pose, shoulder, rotationAbout(-flexion, kX) * rotationAbout(-sign * 76.0 * kDegree, kZ));
+    setJointRotation(pose, elbow, rotationAbout(-sign * (24.0 + 11.0 * forward) * kDegree, kY));
   };
   arm(0, -swing);
   arm(1, swing);
   // The left shoulder goes back with the left leg in front: turn to the left (+y).
-  setSpine(pose, about(9.0 * kDegree * swing, kY) * about(4.0 * kDegree, kX));
-  setJointRotation(pose, kNeck, about(-5.0 * kDegree * swing, kY) * about(-2.0 * kDegree, kX));
+  setSpine(pose, rotationAbout(9.0 * kDegree * swing, kY) * rotationAbout(4.0 * kDegree, kX));
+  setJointRotation(
+      pose, kNeck, rotationAbout(-5.0 * kDegree * swing, kY) * rotationAbout(-2.0 * kDegree, kX));
   return pose;
 }
 
@@ -189,8 +184,8 @@ Motion armRaise(const ClipOptions& options, const ClipBody& body) {
     const double u = std::max(0.0, t - options.blendSeconds) / cycles.period;
     const double raised = keyedPeriodic({{0.0, 0.0}, {0.45, 1.0}, {0.55, 1.0}, {1.0, 0.0}}, u);
     abductArms(frame.upper, (-45.0 + 118.0 * raised) * kDegree);
-    setPair(frame.upper, kLeftElbow, about(-8.0 * kDegree * raised, kY));
-    setSpine(frame.upper, about(-5.0 * kDegree * raised, kX));
+    setPair(frame.upper, kLeftElbow, rotationAbout(-8.0 * kDegree * raised, kY));
+    setSpine(frame.upper, rotationAbout(-5.0 * kDegree * raised, kX));
     return frame;
   });
 }
@@ -205,17 +200,21 @@ Motion squat(const ClipOptions& options, const ClipBody& body) {
         keyedPeriodic({{0.0, 0.0}, {0.45, 1.0}, {0.55, 1.0}, {0.92, 0.0}, {1.0, 0.0}}, u);
     const double leg = body.legLength();
     // A knee bends like the root of the way down: 1 − cos keeps its speed finite at the start.
-    const double down = 1.0 - std::cos(0.5 * kPi * depth);
+    const double down = 1.0 - std::cos(0.5 * std::numbers::pi * depth);
     frame.pelvis.y() -= 0.40 * leg * down;
     // Down with the hips behind: 0.4 thighs at full depth keeps the trunk's weight
     // over the feet.
     frame.pelvis.z() -= 0.20 * leg * down;
-    frame.pelvisRotation = about(28.0 * kDegree * depth, kX);
-    setSpine(frame.upper, about(14.0 * kDegree * depth, kX));
-    setJointRotation(frame.upper, kNeck, about(-16.0 * kDegree * depth, kX));
-    setJointRotation(frame.upper, kHead, about(-10.0 * kDegree * depth, kX));
-    const Eigen::Quaterniond forward = about(-34.0 * kDegree, kX) * about(-80.0 * kDegree, kY);
-    setPair(frame.upper, kLeftShoulder, shortestSlerp(about(-45.0 * kDegree, kZ), forward, depth));
+    frame.pelvisRotation = rotationAbout(28.0 * kDegree * depth, kX);
+    setSpine(frame.upper, rotationAbout(14.0 * kDegree * depth, kX));
+    setJointRotation(frame.upper, kNeck, rotationAbout(-16.0 * kDegree * depth, kX));
+    setJointRotation(frame.upper, kHead, rotationAbout(-10.0 * kDegree * depth, kX));
+    const Eigen::Quaterniond forward =
+        rotationAbout(-34.0 * kDegree, kX) * rotationAbout(-80.0 * kDegree, kY);
+    setPair(
+        frame.upper,
+        kLeftShoulder,
+        shortestSlerp(rotationAbout(-45.0 * kDegree, kZ), forward, depth));
     return frame;
   });
 }
@@ -228,15 +227,15 @@ Motion twist(const ClipOptions& options, const ClipBody& body) {
     const double acting = std::max(0.0, t - options.blendSeconds);
     const double left = cycles.count * cycles.period - acting;
     const double fade = minimumJerk(acting / 0.7) * minimumJerk(left / 0.7);
-    const double turned = fade * std::sin(2.0 * kPi * acting / cycles.period);
-    frame.pelvisRotation = about(15.0 * kDegree * turned, kY);
-    setSpine(frame.upper, about(36.0 * kDegree * turned, kY));
-    setJointRotation(frame.upper, kNeck, about(12.0 * kDegree * turned, kY));
+    const double turned = fade * std::sin(2.0 * std::numbers::pi * acting / cycles.period);
+    frame.pelvisRotation = rotationAbout(15.0 * kDegree * turned, kY);
+    setSpine(frame.upper, rotationAbout(36.0 * kDegree * turned, kY));
+    setJointRotation(frame.upper, kNeck, rotationAbout(12.0 * kDegree * turned, kY));
     // Arms a little higher than in the A-pose, trailing behind the turn.
     abductArms(frame.upper, (-45.0 + 20.0 * fade) * kDegree);
     for (const int elbow : {kLeftElbow, kRightElbow}) {
       const double bend = (elbow == kLeftElbow ? -1.0 : 1.0) * 18.0 * fade;
-      setJointRotation(frame.upper, elbow, about(bend * kDegree, kY));
+      setJointRotation(frame.upper, elbow, rotationAbout(bend * kDegree, kY));
     }
     return frame;
   });
@@ -298,7 +297,7 @@ Motion jumpingJack(const ClipOptions& options, const ClipBody& body) {
     frame.pelvis.y() += blend * (standing + (1.0 - settled) * hop.pelvis - frame.pelvis.y());
     const double swing = acting < period ? -45.0 : -68.0;
     abductArms(frame.upper, (swing + (62.0 - swing) * hop.wideness) * kDegree);
-    setPair(frame.upper, kLeftElbow, about(-(12.0 + 14.0 * hop.wideness) * kDegree, kY));
+    setPair(frame.upper, kLeftElbow, rotationAbout(-(12.0 + 14.0 * hop.wideness) * kDegree, kY));
     return frame;
   });
 }

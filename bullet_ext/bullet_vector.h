@@ -18,4 +18,9 @@ inline Eigen::Vector3f fromBullet(const btVector3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+/// In double, for rigid motions.
+inline Eigen::Vector3d vectorOf(const btVector3& v) {
+  return fromBullet(v).cast<double>();
+}
+
 }  // namespace bullet_ext

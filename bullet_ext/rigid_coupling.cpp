@@ -25,10 +25,6 @@ struct RigidCoupling::VertexContact {
 
 namespace {
 
-Eigen::Vector3d vectorOf(const btVector3& v) {
-  return fromBullet(v).cast<double>();
-}
-
 btRigidBody* movableBody(btCollisionObject& object) {
   btRigidBody* body = btRigidBody::upcast(&object);
   return body != nullptr && !body->isStaticOrKinematicObject() ? body : nullptr;

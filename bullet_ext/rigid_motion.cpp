@@ -5,10 +5,6 @@
 namespace bullet_ext {
 namespace {
 
-Eigen::Vector3d vectorOf(const btVector3& v) {
-  return fromBullet(v).cast<double>();
-}
-
 Eigen::Quaterniond orientationOf(const btTransform& transform) {
   const btQuaternion q = transform.getRotation();
   return Eigen::Quaterniond(double{q.w()}, double{q.x()}, double{q.y()}, double{q.z()})

@@ -17,10 +17,6 @@
 namespace bullet_ext {
 namespace {
 
-Eigen::Vector3d vectorOf(const btVector3& v) {
-  return fromBullet(v).cast<double>();
-}
-
 /// From a point of the shape's skeleton whose offset to the query is `offset`.
 ShapeDistance roundDistance(const Eigen::Vector3d& offset, double radius) {
   const double length = offset.norm();

@@ -1,5 +1,7 @@
 #include "avatar/geometry/adjacency.h"
 
+#include "avatar/geometry/element_index.h"
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -7,10 +9,6 @@
 
 namespace avatar {
 namespace {
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 void requireProperFaces(const Eigen::Matrix3Xi& faces, Eigen::Index numVertices) {
   for (Eigen::Index f = 0; f < faces.cols(); ++f) {

@@ -1,6 +1,7 @@
 #include "avatar/geometry/mesh_cleanup.h"
 
 #include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/element_index.h"
 #include "avatar/geometry/measures.h"
 
 #include <algorithm>
@@ -16,10 +17,6 @@
 
 namespace avatar {
 namespace {
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Vertices by the cube of space that they lie in. Only asked, never walked through, so the order
 /// of its buckets does not matter.

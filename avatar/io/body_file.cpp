@@ -25,7 +25,7 @@ const std::vector<std::string> kKeys = {
     "kintree_table",
     "f"};
 
-std::string text(double value) {
+std::string numberText(double value) {
   std::ostringstream stream;
   stream << value;
   return stream.str();
@@ -96,7 +96,7 @@ Eigen::Matrix3Xd readTemplate(const CheckedArrays& arrays) {
                              : size < 0.0035 ? "; this looks like kilometres, multiply by 1000"
                                              : "; check the unit";
     arrays.fail(
-        "v_template", "the body measures " + text(size) + " m, expected 0.3 to 3.5 m" + unit);
+        "v_template", "the body measures " + numberText(size) + " m, expected 0.3 to 3.5 m" + unit);
   }
   return vertices;
 }
@@ -132,18 +132,20 @@ std::vector<int> readParents(const CheckedArrays& arrays) {
     if (isRoot(parent) != (joint == 0)) {
       arrays.fail(
           "kintree_table",
-          joint == 0 ? "joint 0 has parent " + text(parent) + ", expected it to be the root (-1)"
-                     : name + " is a second root, expected one tree under joint 0");
+          joint == 0
+              ? "joint 0 has parent " + numberText(parent) + ", expected it to be the root (-1)"
+              : name + " is a second root, expected one tree under joint 0");
     }
     if (joint > 0 && parent >= static_cast<double>(joint)) {
       arrays.fail(
           "kintree_table",
-          name + " has parent " + text(parent) +
+          name + " has parent " + numberText(parent) +
               ", expected a parent before its child (the tree is cyclic or badly ordered)");
     }
     if (table(1, joint) != static_cast<double>(joint)) {
       arrays.fail(
-          "kintree_table", name + " is called " + text(table(1, joint)) + ", expected its column");
+          "kintree_table",
+          name + " is called " + numberText(table(1, joint)) + ", expected its column");
     }
     parents[static_cast<std::size_t>(joint)] = joint == 0 ? -1 : static_cast<int>(parent);
   }
@@ -196,7 +198,7 @@ SparseRows readCompressedColumns(
   if (shape(0) != static_cast<double>(numJoints) || shape(1) != static_cast<double>(numVertices)) {
     arrays.fail(
         name + "_shape",
-        "is (" + text(shape(0)) + ", " + text(shape(1)) + "), expected (" +
+        "is (" + numberText(shape(0)) + ", " + numberText(shape(1)) + "), expected (" +
             std::to_string(numJoints) + ", " + std::to_string(numVertices) + ")");
   }
   const Eigen::MatrixXd data = arrays.matrix(name + "_data", {-1});
@@ -238,7 +240,7 @@ SparseRows readJointRegressor(
     if (std::abs(sums[joint] - 1.0) > kTolerance) {
       arrays.fail(
           "J_regressor",
-          "row " + std::to_string(joint) + " sums to " + text(sums[joint]) + ", expected 1");
+          "row " + std::to_string(joint) + " sums to " + numberText(sums[joint]) + ", expected 1");
     }
   }
   return regressor;
@@ -257,7 +259,8 @@ SparseRows readWeights(
     }
     if (!(std::abs(sum - 1.0) <= kTolerance)) {
       arrays.fail(
-          "weights", "those of " + name + " sum to " + text(sum) + ", expected 1 within 0.001");
+          "weights",
+          "those of " + name + " sum to " + numberText(sum) + ", expected 1 within 0.001");
     }
     if (std::abs(sum - 1.0) > kExact) {
       weights.row(vertex) /= sum;

@@ -38,15 +38,16 @@ double metresOf(LengthUnit unit) {
       ->metres;
 }
 
-std::string text(double value) {
+std::string pointText(double value) {
   std::ostringstream stream;
   stream.precision(3);
   stream << value;
   return stream.str();
 }
 
-std::string text(const Eigen::Vector3d& point) {
-  return "(" + text(point.x()) + ", " + text(point.y()) + ", " + text(point.z()) + ")";
+std::string pointText(const Eigen::Vector3d& point) {
+  return "(" + pointText(point.x()) + ", " + pointText(point.y()) + ", " + pointText(point.z()) +
+         ")";
 }
 
 std::string counted(int count, const std::string& singular, const std::string& plural) {
@@ -61,7 +62,7 @@ std::string extensionOf(const std::string& path) {
   return extension;
 }
 
-std::string readBytes(const std::string& path) {
+std::string readMeshBytes(const std::string& path) {
   constexpr std::uintmax_t kLargest = std::uintmax_t{1} << 29;  // a million vertices take 0.1 GB
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
@@ -151,7 +152,7 @@ class MeshReader {
     if (!isMeshFile(path_)) {
       fail("is no mesh file by its name; expected .obj, .ply, .stl, .glb or .gltf");
     }
-    const std::string bytes = readBytes(path_);
+    const std::string bytes = readMeshBytes(path_);
     requireMeshFormat(path_, extension, bytes);
     scene_ = readMeshScene(path_);
     numFileVertices_ = scene_.vertices.cols();
@@ -183,7 +184,7 @@ class MeshReader {
     const double size = boundingBox(mesh).sizes().maxCoeff();
     if (size < kSmallest || size > kLargest) {
       fail(
-          "measures " + text(size) + " m, expected 0.01 to 10 m; " +
+          "measures " + pointText(size) + " m, expected 0.01 to 10 m; " +
           unitAdvice(size / metresOf(options_.unit)));
     }
   }
@@ -224,7 +225,7 @@ class MeshReader {
     for (std::size_t i = 0; i < std::min(kMaxPlaces, edges.size()); ++i) {
       const Eigen::Vector2i ends = adjacency.edges.col(edges[i]);
       places += (i > 0 ? ", " : "") +
-                text(0.5 * (mesh.vertices.col(ends[0]) + mesh.vertices.col(ends[1])));
+                pointText(0.5 * (mesh.vertices.col(ends[0]) + mesh.vertices.col(ends[1])));
     }
     return counted(static_cast<int>(edges.size()), "edge has", "edges have") +
            " more than two faces, at " + places + (edges.size() > kMaxPlaces ? ", …" : "") +

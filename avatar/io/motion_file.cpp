@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kNumBodyJoints = 22;  // of SMPL+H and SMPL-X that SMPL shares
 
-const NpyArray& required(const NpzArrays& arrays, const std::string& key, const std::string& path) {
+const NpyArray& motionArray(
+    const NpzArrays& arrays, const std::string& key, const std::string& path) {
   const auto found = arrays.find(key);
   if (found == arrays.end()) {
     throw FileError(path, key, "missing; expected the AMASS keys poses, trans, mocap_framerate");
@@ -28,7 +29,7 @@ const NpyArray& required(const NpzArrays& arrays, const std::string& key, const 
 double readRate(const NpzArrays& arrays, const std::string& path) {
   const std::string key =
       arrays.count("mocap_frame_rate") != 0 ? "mocap_frame_rate" : "mocap_framerate";
-  const NpyArray& array = required(arrays, key, path);
+  const NpyArray& array = motionArray(arrays, key, path);
   const double rate = array.size() == 1 ? array.at(0) : 0.0;
   if (!(rate >= 1.0 && rate <= 10000.0)) {
     throw FileError(
@@ -38,7 +39,7 @@ double readRate(const NpzArrays& arrays, const std::string& path) {
 }
 
 Eigen::MatrixXd readPoses(const NpzArrays& arrays, const std::string& path) {
-  const NpyArray& array = required(arrays, "poses", path);
+  const NpyArray& array = motionArray(arrays, "poses", path);
   const bool isTable = array.shape.size() == 2 && array.shape[0] > 0;
   const std::int64_t width = isTable ? array.shape[1] : 0;
   if (width != 72 && width != 156 && width != 165) {
@@ -53,7 +54,7 @@ Eigen::MatrixXd readPoses(const NpzArrays& arrays, const std::string& path) {
 
 Eigen::MatrixXd readTranslations(
     const NpzArrays& arrays, const std::string& path, Eigen::Index numFrames) {
-  const NpyArray& array = required(arrays, "trans", path);
+  const NpyArray& array = motionArray(arrays, "trans", path);
   if (array.shape != std::vector<std::int64_t>{numFrames, 3}) {
     throw FileError(
         path,
@@ -68,7 +69,7 @@ Eigen::VectorXd readBetas(const NpzArrays& arrays, const std::string& path) {
   if (arrays.count("betas") == 0) {
     return {};
   }
-  const Eigen::MatrixXd betas = required(arrays, "betas", path).asMatrix();
+  const Eigen::MatrixXd betas = motionArray(arrays, "betas", path).asMatrix();
   if (!betas.allFinite()) {
     throw FileError(path, "betas", "expected finite numbers");
   }

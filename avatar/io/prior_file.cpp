@@ -18,7 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const NpyArray& required(const NpzArrays& arrays, const std::string& key, const std::string& path) {
+const NpyArray& priorArray(
+    const NpzArrays& arrays, const std::string& key, const std::string& path) {
   const auto found = arrays.find(key);
   if (found == arrays.end() || found->second.type == NpyArray::Type::kText) {
     throw FileError(
@@ -41,13 +42,13 @@ void requireShape(
 
 GaussianMixture mixtureFrom(const NpzArrays& arrays, const std::string& path) {
   constexpr int kSize = kNumPriorParameters;
-  const NpyArray& means = required(arrays, "means", path);
+  const NpyArray& means = priorArray(arrays, "means", path);
   if (means.shape.size() != 2 || means.shape[0] < 1 || means.shape[1] != kSize) {
     throw FileError(path, "means", "expected (K, 69) with K ≥ 1, found " + means.shapeText());
   }
   const std::int64_t count = means.shape[0];
-  requireShape(required(arrays, "covars", path), {count, kSize, kSize}, path, "covars");
-  requireShape(required(arrays, "weights", path), {count}, path, "weights");
+  requireShape(priorArray(arrays, "covars", path), {count, kSize, kSize}, path, "covars");
+  requireShape(priorArray(arrays, "weights", path), {count}, path, "weights");
   const Eigen::MatrixXd meanRows = means.asMatrix();
   const Eigen::MatrixXd covarianceRows = arrays.at("covars").asMatrix();
   GaussianMixture mixture;

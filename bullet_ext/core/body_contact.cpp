@@ -1,5 +1,7 @@
 #include "bullet_ext/core/body_contact.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,10 +13,6 @@ namespace {
 
 /// Whoever rests on a skin is found now nearer, now farther than the thickness.
 constexpr double kRelease = 1.1;
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 void requireWithin(double value, double low, double high, const char* message) {
   if (!(value >= low && value <= high)) {

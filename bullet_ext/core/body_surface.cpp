@@ -1,5 +1,7 @@
 #include "bullet_ext/core/body_surface.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -12,10 +14,6 @@ namespace {
 
 constexpr std::uint8_t kDegenerate = 1;
 constexpr std::uint8_t kSharp = 2;
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 void requireFaces(const Eigen::Matrix3Xi& faces, Eigen::Index numVertices) {
   if (faces.cols() == 0) {

@@ -1,5 +1,7 @@
 #include "bullet_ext/core/cloth_contact.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -18,10 +20,6 @@ constexpr float kSafePart = 0.1F;
 constexpr float kSafeApproach = 0.8F;
 /// Below that float positions a metre from the origin can't tell on which side something is [m].
 constexpr float kTouching = 2e-6F;
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 void requireRange(double value, double highest, const char* name) {
   if (!(value >= 0.0 && value <= highest)) {

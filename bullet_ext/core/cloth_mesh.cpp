@@ -1,6 +1,7 @@
 #include "bullet_ext/core/cloth_mesh.h"
 
 #include "bullet_ext/core/cloth_topology.h"
+#include "bullet_ext/core/element_index.h"
 #include "bullet_ext/core/torsion_force.h"
 
 #include <Eigen/Geometry>
@@ -16,10 +17,6 @@
 
 namespace bullet_ext {
 namespace {
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 [[noreturn]] void fail(const std::string& problem) {
   throw std::invalid_argument("cloth: " + problem);

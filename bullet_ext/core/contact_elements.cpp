@@ -1,5 +1,7 @@
 #include "bullet_ext/core/contact_elements.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
@@ -10,10 +12,6 @@ namespace bullet_ext {
 namespace {
 
 constexpr std::ptrdiff_t kVerticesPerPatch = 16;
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 void requireValid(const ContactGarment& garment, std::size_t index) {
   const std::string name = "contact: garment " + std::to_string(index);

@@ -1,6 +1,7 @@
 #include "bullet_ext/core/contact_lists.h"
 
 #include "bullet_ext/core/contact_response.h"
+#include "bullet_ext/core/element_index.h"
 #include "bullet_ext/core/wide_kernels.h"
 
 #include <Eigen/Geometry>
@@ -17,7 +18,7 @@
 namespace bullet_ext {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNever = std::numeric_limits<float>::infinity();
 /// Covers the rounding of sums of motions: hundreds of additions with 6e-8 each.
 constexpr float kRoundUp = 1.0001F;
 /// How far beyond the thickness the search for near patches reaches [m]. A wide search is repeated
@@ -30,21 +31,17 @@ constexpr float kLongestReach = 2.0F;
 /// Part of the thickness that corrections may add to a step before pairs are collected again.
 constexpr float kHeadroom = 0.02F;
 
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
-
 /// Of positions whose fourth coordinate is that along some unit axis, so that boxes are slabs along
 /// four directions: layers that lie on each other askew overlap in x, y and z, but not along their
 /// normal.
-struct Box {
+struct MotionBox {
   Eigen::Array4f low, high;
 
-  bool overlaps(const Box& other) const {
+  bool overlaps(const MotionBox& other) const {
     return (low <= other.high).all() && (other.low <= high).all();
   }
 
-  Box widened(float by) const { return {low - by, high + by}; }
+  MotionBox widened(float by) const { return {low - by, high + by}; }
 
   void add(const Eigen::Vector4f& point) {
     low = low.min(point.array());
@@ -54,8 +51,8 @@ struct Box {
 
 /// Around some columns.
 template <typename Columns>
-Box boxOf(const Positions& x, const Columns& columns) {
-  Box box = {x.col(columns[0]), x.col(columns[0])};
+MotionBox boxOf(const Positions& x, const Columns& columns) {
+  MotionBox box = {x.col(columns[0]), x.col(columns[0])};
   for (const int column : columns) {
     box.add(x.col(column));
   }
@@ -63,7 +60,7 @@ Box boxOf(const Positions& x, const Columns& columns) {
 }
 
 /// Lower bound of the distance between what is in two boxes.
-float distanceBetween(const Box& a, const Box& b) {
+float distanceBetween(const MotionBox& a, const MotionBox& b) {
   const Eigen::Vector4f gaps = (a.low - b.high).max(b.low - a.high).max(0.0F).matrix();
   return std::max(gaps.head<3>().norm(), gaps[3]) / kRoundUp;
 }
@@ -75,8 +72,8 @@ class BoxedElements {
 
   int element(std::size_t i) const { return elements_[i]; }
 
-  Box box(std::size_t i) const {
-    Box box;
+  MotionBox box(std::size_t i) const {
+    MotionBox box;
     for (int axis = 0; axis < 4; ++axis) {
       box.low[axis] = rows_[place(i, axis)];
       box.high[axis] = rows_[place(i, 4 + axis)];
@@ -84,12 +81,12 @@ class BoxedElements {
     return box;
   }
 
-  void add(int element, const Box& box) {
+  void add(int element, const MotionBox& box) {
     const std::size_t i = size();
     if (i % kContactLanes == 0) {
       // What is not filled in meets nothing.
-      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, kInfinity);
-      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, -kInfinity);
+      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, kNever);
+      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, -kNever);
     }
     elements_.push_back(element);
     for (int axis = 0; axis < 4; ++axis) {
@@ -101,7 +98,7 @@ class BoxedElements {
   /// Calls visit(element) for those from `first` on whose box meets the given one.
   template <typename Visit>
   void visitMeeting(
-      const Box& box, std::size_t first, const ContactKernels& kernels, const Visit& visit) {
+      const MotionBox& box, std::size_t first, const ContactKernels& kernels, const Visit& visit) {
     Eigen::Array<float, kBoxRows, 1> query;
     query << box.low, box.high;
     const std::size_t firstBlock = first / kContactLanes;
@@ -148,10 +145,13 @@ Eigen::Vector4f normalOf(
 /// The elements (columns of vertex indices) of a patch that are near a box.
 template <typename Elements>
 BoxedElements elementsNear(
-    const Positions& x, const Elements& elements, const std::vector<int>& chosen, const Box& near) {
+    const Positions& x,
+    const Elements& elements,
+    const std::vector<int>& chosen,
+    const MotionBox& near) {
   BoxedElements found;
   for (const int e : chosen) {
-    const Box box = boxOf(x, elements.col(e));
+    const MotionBox box = boxOf(x, elements.col(e));
     if (box.overlaps(near)) {
       found.add(e, box);
     }
@@ -176,18 +176,19 @@ class ListBuilder {
 
   /// Vertices of a against triangles of b, whose boxes are given.
   void matchVertices(
-      const ContactPatch& a, const Box& boxA, const ContactPatch& b, const Box& boxB) {
+      const ContactPatch& a, const MotionBox& boxA, const ContactPatch& b, const MotionBox& boxB) {
     BoxedElements faces = elementsNear(x_, elements_.faces, b.faces, boxA.widened(range_));
-    const Box near = boxB.widened(range_);
+    const MotionBox near = boxB.widened(range_);
     for (const int v : a.vertices) {
-      const Box point = {x_.col(v), x_.col(v)};
+      const MotionBox point = {x_.col(v), x_.col(v)};
       if (point.overlaps(near)) {
         offerVertex(v, point.widened(range_), faces);
       }
     }
   }
 
-  void matchEdges(const ContactPatch& a, const Box& boxA, const ContactPatch& b, const Box& boxB) {
+  void matchEdges(
+      const ContactPatch& a, const MotionBox& boxA, const ContactPatch& b, const MotionBox& boxB) {
     const bool same = &a == &b;
     BoxedElements edges = elementsNear(x_, elements_.edges, a.edges, boxB.widened(range_));
     if (same) {
@@ -206,7 +207,7 @@ class ListBuilder {
   std::vector<float> wakeUp;
 
  private:
-  void offerVertex(int v, const Box& near, BoxedElements& faces) {
+  void offerVertex(int v, const MotionBox& near, BoxedElements& faces) {
     faces.visitMeeting(near, 0, kernels_, [&](int face) {
       const auto f = elements_.faces.col(face);
       offer(PairKind::kVertexTriangle, {v, f[0], f[1], f[2]});
@@ -214,7 +215,7 @@ class ListBuilder {
   }
 
   /// Against others from `first` on.
-  void offerEdge(int edge, const Box& box, BoxedElements& others, std::size_t first) {
+  void offerEdge(int edge, const MotionBox& box, BoxedElements& others, std::size_t first) {
     const auto e = elements_.edges.col(edge);
     others.visitMeeting(box.widened(range_), first, kernels_, [&](int other) {
       const auto f = elements_.edges.col(other);
@@ -265,7 +266,7 @@ class ListBuilder {
 };
 
 /// All pairs of boxes that overlap, and each with itself, ascending: sweep along x.
-std::vector<std::pair<int, int>> overlappingPairs(const std::vector<Box>& boxes) {
+std::vector<std::pair<int, int>> overlappingPairs(const std::vector<MotionBox>& boxes) {
   std::vector<int> order(boxes.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
@@ -273,7 +274,7 @@ std::vector<std::pair<int, int>> overlappingPairs(const std::vector<Box>& boxes)
   });
   std::vector<std::pair<int, int>> pairs;
   for (auto a = order.begin(); a != order.end(); ++a) {
-    const Box& box = boxes[at(*a)];
+    const MotionBox& box = boxes[at(*a)];
     const auto beyond = [&](int b) { return boxes[at(b)].low[0] > box.high[0]; };
     const auto overlapping = [&](int b) { return box.overlaps(boxes[at(b)]); };
     const auto end = std::find_if(a, order.end(), beyond);
@@ -335,7 +336,7 @@ void ContactLists::search(const Positions& start) {
   searchConsumed_ = 0.0F;
   slanted_.resize(4, elements_.numVertices());
   normals_.clear();
-  std::vector<Box> boxes;
+  std::vector<MotionBox> boxes;
   for (const ContactPatch& patch : elements_.patches) {
     normals_.push_back(normalOf(start, elements_, patch));
     boxes.push_back(boxOf(start, patch.corners).widened(0.5F * (largestThickness_ + searchReach_)));
@@ -379,11 +380,11 @@ void ContactLists::build(List& list, const Positions& start, ContactCounters& co
       2.0F * list.examined);
   list.pairs.clear();
   list.wakeUp.clear();
-  list.firstWakeUp = kInfinity;
+  list.firstWakeUp = kNever;
   addCoordinate(start, patch1, normals_[at(list.patch1)]);
   addCoordinate(start, patch2, normals_[at(list.patch1)]);
-  const Box box1 = boxOf(slanted_, patch1.corners);
-  const Box box2 = boxOf(slanted_, patch2.corners);
+  const MotionBox box1 = boxOf(slanted_, patch1.corners);
+  const MotionBox box2 = boxOf(slanted_, patch2.corners);
   const float apart = distanceBetween(box1, box2);
   if (apart >= thickness + list.reach) {
     list.reach = apart - thickness;
@@ -398,7 +399,7 @@ void ContactLists::build(List& list, const Positions& start, ContactCounters& co
   list.pairs = std::move(builder.pairs);
   list.wakeUp = std::move(builder.wakeUp);
   list.firstWakeUp =
-      list.wakeUp.empty() ? kInfinity : *std::min_element(list.wakeUp.begin(), list.wakeUp.end());
+      list.wakeUp.empty() ? kNever : *std::min_element(list.wakeUp.begin(), list.wakeUp.end());
   counters.pairsListed += static_cast<std::int64_t>(list.pairs.size());
 }
 
@@ -408,10 +409,10 @@ void ContactLists::wake(std::size_t index, std::vector<PairName>& awake) {
   if (list.firstWakeUp >= limit) {
     return;
   }
-  list.firstWakeUp = kInfinity;
+  list.firstWakeUp = kNever;
   for (std::size_t k = 0; k < list.wakeUp.size(); ++k) {
     if (list.wakeUp[k] < limit) {
-      list.wakeUp[k] = kInfinity;
+      list.wakeUp[k] = kNever;
       ++list.awake;
       awake.push_back({static_cast<int>(index), static_cast<int>(k)});
     }
@@ -466,8 +467,8 @@ bool ContactLists::collectFrom(
 void ContactLists::sleep(const std::vector<PairName>& awake) {
   for (const PairName& name : awake) {
     List& list = lists_[at(name.list)];
-    list.wakeUp[at(name.index)] = -kInfinity;
-    list.firstWakeUp = -kInfinity;
+    list.wakeUp[at(name.index)] = -kNever;
+    list.firstWakeUp = -kNever;
     list.awake = 0;
   }
   for (List& list : lists_) {

@@ -1,5 +1,7 @@
 #include "bullet_ext/core/contact_search.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -14,11 +16,7 @@ constexpr float kRounding = 2e-6F;
 /// Lists are renewed when they prove nothing beyond this much more than the thickness [m].
 constexpr float kLeastReach = 0.001F;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
+constexpr float kUnbounded = std::numeric_limits<float>::infinity();
 
 std::uint32_t bit(int lane) {
   return 1U << static_cast<unsigned>(lane);
@@ -126,7 +124,7 @@ void ContactSearch::rebuild(ContactGroup& group) {
 /// Far from the surface nothing else would find those who are inside.
 void ContactSearch::proveSides(ContactGroup& group) {
   forEachLane(group.unproven & group.mobile, [&](int lane) {
-    const SurfacePoint closest = surface_.closestPoint(position(lane), time_, kInfinity);
+    const SurfacePoint closest = surface_.closestPoint(position(lane), time_, kUnbounded);
     ++counts.treeQueries;
     if (closest.face >= 0) {
       group.nearest[at(lane)] = closest.face;
@@ -151,7 +149,7 @@ void ContactSearch::fillLists(ContactGroup& group) {
   SweptView view;
   view.drift.head<3>() = duration * group.velocity;
   view.share = std::min(1.0F, time_ / duration);
-  Box box = {Eigen::Array4f::Constant(kInfinity), Eigen::Array4f::Constant(-kInfinity)};
+  Box box = {Eigen::Array4f::Constant(kUnbounded), Eigen::Array4f::Constant(-kUnbounded)};
   forEachLane(group.mobile, [&](int lane) {
     const Eigen::Array3f centre = group.centres.col(lane);
     box.low.head<3>() = box.low.head<3>().min(centre);
@@ -230,7 +228,7 @@ std::int32_t ContactSearch::measureList(const ContactGroup& group, int lane) {
 /// Between two skins: half their distance, if that is less than the thickness.
 float ContactSearch::targetFor(const ContactGroup& group, int lane, std::int32_t nearest) const {
   const Eigen::Vector3f own = offset(nearest);
-  float other = kInfinity;
+  float other = kUnbounded;
   for (std::int32_t i = 0; i < group.listSizes[at(lane)]; ++i) {
     other = offset(i).dot(own) < 0.0F ? std::min(other, distance(i)) : other;
   }
@@ -293,17 +291,17 @@ int ContactSearch::listedSkin(
       face = list[i];
     }
   }
-  return face >= 0 ? face : surface_.closestPoint(position(lane), time_, kInfinity, push).face;
+  return face >= 0 ? face : surface_.closestPoint(position(lane), time_, kUnbounded, push).face;
 }
 
 bool ContactSearch::certifyDeep(ContactGroup& group, ContactCluster& cluster, int lane) {
   const Eigen::Vector3f x = position(lane);
-  SurfacePoint closest = surface_.closestPoint(x, time_, kInfinity);
+  SurfacePoint closest = surface_.closestPoint(x, time_, kUnbounded);
   ++counts.treeQueries;
   const Eigen::Vector3f push = column(cluster.push, lane);
   if (closest.face >= 0 && closest.signedDistance < 0.0F && !push.isZero() &&
       !(surface_.faceNormal(closest.face, time_).dot(push) > 0.0F)) {
-    closest = surface_.closestPoint(x, time_, kInfinity, push);
+    closest = surface_.closestPoint(x, time_, kUnbounded, push);
     ++counts.treeQueries;
   }
   clearRadii(cluster, lane);

@@ -12,7 +12,7 @@ namespace {
 /// quarter.
 constexpr double kStiffnessShare = 1.0;
 
-void require(bool valid, const char* problem) {
+void requireOption(bool valid, const char* problem) {
   if (!valid) {
     throw std::invalid_argument(std::string("DepthForceOptions: ") + problem);
   }
@@ -45,13 +45,13 @@ void requireValid(const DepthTarget& target, Eigen::Index numVertices) {
 }  // namespace
 
 void DepthForceOptions::validate() const {
-  require(gamma > 0.0 && gamma <= 1e4, "gamma must be above 0 and at most 1e4 1/m");
-  require(eta >= 0.0 && eta <= 1e3, "eta must be within [0, 1e3] N");
-  require(
+  requireOption(gamma > 0.0 && gamma <= 1e4, "gamma must be above 0 and at most 1e4 1/m");
+  requireOption(eta >= 0.0 && eta <= 1e3, "eta must be within [0, 1e3] N");
+  requireOption(
       largestDistance >= 0.0 && largestDistance * gamma <= 80.0,
       "largestDistance must be within [0, 80/gamma] m");
-  require(softening >= 1e-6 && softening <= 0.1, "softening must be within [1e-6, 0.1] m");
-  require(gate >= 0.0 && gate <= 10.0, "gate must be within [0, 10] m");
+  requireOption(softening >= 1e-6 && softening <= 0.1, "softening must be within [1e-6, 0.1] m");
+  requireOption(gate >= 0.0 && gate <= 10.0, "gate must be within [0, 10] m");
 }
 
 double stableDepthDistance(const DepthForceOptions& options, double mass, double duration) {
@@ -73,7 +73,8 @@ DepthFittingForce::DepthFittingForce(
     const DepthForceOptions& options)
     : gamma_(static_cast<float>(options.gamma)), gate_(static_cast<float>(options.gate)) {
   options.validate();
-  require(duration > 0.0 && std::isfinite(duration), "the substep's duration must be above 0 s");
+  requireOption(
+      duration > 0.0 && std::isfinite(duration), "the substep's duration must be above 0 s");
   const bool tapered = options.mode == DepthForceMode::kTapered;
   for (const DepthTarget& target : targets) {
     requireValid(target, mesh.numVertices());

@@ -2,6 +2,7 @@
 
 #include "bullet_ext/core/contact_response.h"
 #include "bullet_ext/core/crossing_check.h"
+#include "bullet_ext/core/element_index.h"
 
 #include <Eigen/Geometry>
 
@@ -13,10 +14,6 @@
 
 namespace bullet_ext {
 namespace {
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 std::vector<TriangleSurface> surfacesOf(
     const ContactElements& elements, const Eigen::Matrix4Xf& positions) {

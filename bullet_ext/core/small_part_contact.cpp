@@ -1,5 +1,7 @@
 #include "bullet_ext/core/small_part_contact.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -10,10 +12,6 @@ namespace bullet_ext {
 namespace {
 
 constexpr float kFar = 0.25F;  ///< clearances beyond are not told apart [m]
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Eigen::Matrix3f cornersOf(const ClothMesh& mesh, const Eigen::Matrix4Xf& vectors, int face) {
   Eigen::Matrix3f corners;

@@ -1,5 +1,7 @@
 #include "bullet_ext/core/vertex_zones.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <map>
@@ -7,10 +9,6 @@
 
 namespace bullet_ext {
 namespace {
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 struct Zone {
   std::vector<int> vertices;

@@ -1,5 +1,6 @@
 #include "bullet_ext/core/wide_cloth.h"
 
+#include "bullet_ext/core/element_index.h"
 #include "bullet_ext/core/torsion_force.h"
 
 #include <algorithm>
@@ -7,10 +8,6 @@
 
 namespace bullet_ext {
 namespace {
-
-std::size_t at(Eigen::Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Eigen::Index blocksOf(std::size_t count) {
   return static_cast<Eigen::Index>((count + kWideLanes - 1) / kWideLanes);

@@ -17,7 +17,7 @@ namespace {
 
 /// The whole text as a number, else nothing.
 template <typename Number>
-bool parseNumber(const std::string& text, Number& value) {
+bool isNumber(const std::string& text, Number& value) {
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   return error == std::errc() && stop == end;
@@ -45,7 +45,7 @@ Eigen::VectorXd readBetas(const std::string& path, const avatar::BodyModel& mode
 
 double parseNumber(const std::string& option, const std::string& text) {
   double value = 0.0;
-  if (!parseNumber(text, value) || !std::isfinite(value))
+  if (!isNumber(text, value) || !std::isfinite(value))
     throw UsageError(option + ": expected a number, found '" + text + "'");
   return value;
 }
@@ -79,7 +79,7 @@ NamedShape parseShape(const std::string& text, const avatar::BodyModel& model) {
         std::to_string(model.numBetas()) + " shape parameters");
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     double& beta = shape.betas[static_cast<Eigen::Index>(i)];
-    if (!parseNumber(numbers[i], beta) || !std::isfinite(beta))
+    if (!isNumber(numbers[i], beta) || !std::isfinite(beta))
       throw UsageError(
           "--betas: expected numbers like 1,0,-2" +
           (model.name == "default" ? " or a preset (" + presetNames() + ")" : std::string()) +
@@ -125,8 +125,8 @@ std::string presetNames() {
 PixelSize parseSize(const std::string& text) {
   PixelSize size;
   const std::size_t cross = text.find('x');
-  if (cross == std::string::npos || !parseNumber(text.substr(0, cross), size.width) ||
-      !parseNumber(text.substr(cross + 1), size.height) || size.width < 16 || size.height < 16 ||
+  if (cross == std::string::npos || !isNumber(text.substr(0, cross), size.width) ||
+      !isNumber(text.substr(cross + 1), size.height) || size.width < 16 || size.height < 16 ||
       size.width > 8192 || size.height > 8192)
     throw UsageError(
         "--size: expected WIDTHxHEIGHT in pixels, each 16 to 8192, like 480x640; found '" + text +

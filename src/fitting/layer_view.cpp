@@ -13,7 +13,7 @@
 namespace simulcap {
 namespace {
 
-void require(bool valid, const char* problem) {
+void requireOption(bool valid, const char* problem) {
   if (!valid)
     throw std::invalid_argument(std::string("LayerViewOptions: ") + problem);
 }
@@ -86,9 +86,10 @@ float smoothstep(double t) {
 }  // namespace
 
 void LayerViewOptions::validate() const {
-  require(blendRadius >= 0.001 && blendRadius <= 1.0, "blendRadius must be within [0.001, 1] m");
-  require(depthJump >= 0.001 && depthJump <= 1.0, "depthJump must be within [0.001, 1] m");
-  require(tolerance >= 0.0 && tolerance <= 1.0, "tolerance must be within [0, 1] m");
+  requireOption(
+      blendRadius >= 0.001 && blendRadius <= 1.0, "blendRadius must be within [0.001, 1] m");
+  requireOption(depthJump >= 0.001 && depthJump <= 1.0, "depthJump must be within [0.001, 1] m");
+  requireOption(tolerance >= 0.0 && tolerance <= 1.0, "tolerance must be within [0, 1] m");
 }
 
 LayerViewer::LayerViewer(const avatar::Camera& camera, const LayerViewOptions& options)

@@ -8,9 +8,9 @@
 namespace simulcap {
 namespace {
 
-constexpr int kTextHeight = 13;  // [px]
-constexpr int kGap = 6;          // between panels and around captions [px]
-constexpr int kCaption = kTextHeight + 2 * kGap;
+constexpr int kLabelTextHeight = 13;  // [px]
+constexpr int kPanelGap = 6;          // between panels and around captions [px]
+constexpr int kCaption = kLabelTextHeight + 2 * kPanelGap;
 
 void requirePanels(const ContactSheet& sheet) {
   const auto isOdd = [&](const avatar::ColorImage& panel) {
@@ -43,23 +43,25 @@ avatar::ColorImage composed(const ContactSheet& sheet) {
   const int rowPitch = panelHeight + kCaption;
 
   avatar::ColorImage image;
-  image.width = columns * (panelWidth + kGap) + kGap;
+  image.width = columns * (panelWidth + kPanelGap) + kPanelGap;
   image.height = kCaption + rows * rowPitch;
   image.rgb.assign(static_cast<std::size_t>(3) * image.width * image.height, 255);
   for (int c = 0; c < columns; ++c) {
     const std::string& label = sheet.columnLabels[c];
-    const int left = kGap + c * (panelWidth + kGap);
-    const int x = left + (panelWidth - textWidth(label, kTextHeight)) / 2;
-    drawText(image, label, {.x = x, .y = kGap + kTextHeight, .height = kTextHeight});
+    const int left = kPanelGap + c * (panelWidth + kPanelGap);
+    const int x = left + (panelWidth - textWidth(label, kLabelTextHeight)) / 2;
+    drawText(image, label, {.x = x, .y = kPanelGap + kLabelTextHeight, .height = kLabelTextHeight});
   }
   for (int r = 0; r < rows; ++r) {
     const int top = kCaption + r * rowPitch;
     for (int c = 0; c < columns; ++c)
-      paste(image, sheet.panels[r * columns + c], kGap + c * (panelWidth + kGap), top);
+      paste(image, sheet.panels[r * columns + c], kPanelGap + c * (panelWidth + kPanelGap), top);
     drawText(
         image,
         sheet.rowLabels[r],
-        {.x = kGap, .y = top + panelHeight + kGap + kTextHeight, .height = kTextHeight});
+        {.x = kPanelGap,
+         .y = top + panelHeight + kPanelGap + kLabelTextHeight,
+         .height = kLabelTextHeight});
   }
   return image;
 }

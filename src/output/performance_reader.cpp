@@ -12,7 +12,7 @@ namespace {
 
 using avatar::NpyArray;
 
-constexpr std::int64_t kPoseSize = 3 * avatar::kNumSmplJoints;
+constexpr std::int64_t kNumPoseValues = 3 * avatar::kNumSmplJoints;
 constexpr std::string_view kGarmentPrefix = "garment_";
 
 bool contains(const std::vector<std::string>& keys, const std::string& key) {
@@ -28,7 +28,7 @@ Eigen::VectorXd vectorOf(const NpyArray& row) {
 PerformanceReader::PerformanceReader(std::string path)
     : path_(std::move(path)), poses_(path_, "poses"), translations_(path_, "trans") {
   const std::vector<std::string> keys = avatar::npzKeys(path_);
-  requireRows(poses_, "poses", {kPoseSize});
+  requireRows(poses_, "poses", {kNumPoseValues});
   requireRows(translations_, "trans", {3});
   if (contains(keys, "frame_index")) {
     indices_.emplace(path_, "frame_index");

@@ -7,21 +7,21 @@
 namespace simulcap {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 using Kind = ValueType::Kind;
 
 /// Whole numbers as such, so that the schema reads as a person would write it.
-Json number(double value) {
+OrderedJson number(double value) {
   const auto whole = static_cast<std::int64_t>(value);
-  return static_cast<double>(whole) == value ? Json(whole) : Json(value);
+  return static_cast<double>(whole) == value ? OrderedJson(whole) : OrderedJson(value);
 }
 
 class SchemaWriter {
  public:
   explicit SchemaWriter(const SceneTable& table) : table_(table) {}
 
-  Json record(const SceneRecord& record) const {
-    Json schema = {{"type", "object"}, {"additionalProperties", false}};
+  OrderedJson record(const SceneRecord& record) const {
+    OrderedJson schema = {{"type", "object"}, {"additionalProperties", false}};
     if (record.name == table_.root().name)
       schema["properties"]["$schema"] = {{"type", "string"}};
     for (const SceneField& field : record.fields) {
@@ -29,18 +29,18 @@ class SchemaWriter {
       if (field.required)
         schema["required"].push_back(field.key);
       if (!field.needs.empty())
-        schema["dependencies"][field.key] = Json::array({field.needs});
+        schema["dependencies"][field.key] = OrderedJson::array({field.needs});
     }
     addGroups(record, schema);
     return schema;
   }
 
  private:
-  Json field(const SceneField& field) const {
-    Json schema = {{"description", withUnit(field)}};
+  OrderedJson field(const SceneField& field) const {
+    OrderedJson schema = {{"description", withUnit(field)}};
     schema.update(type(field.type));
     if (!field.defaultJson.empty())
-      schema["default"] = Json::parse(field.defaultJson);
+      schema["default"] = OrderedJson::parse(field.defaultJson);
     return schema;
   }
 
@@ -48,7 +48,7 @@ class SchemaWriter {
     return field.meaning + (field.unit.empty() ? "" : " [" + field.unit + "]");
   }
 
-  Json type(const ValueType& type) const {
+  OrderedJson type(const ValueType& type) const {
     switch (type.kind) {
       case Kind::kBoolean:
         return {{"type", "boolean"}};
@@ -76,35 +76,35 @@ class SchemaWriter {
     throw std::invalid_argument("sceneSchema: unknown kind of value");
   }
 
-  static Json text(const ValueType& type) {
-    Json schema = {{"type", "string"}, {"minLength", 1}};
+  static OrderedJson text(const ValueType& type) {
+    OrderedJson schema = {{"type", "string"}, {"minLength", 1}};
     if (!type.pattern.empty())
       schema["pattern"] = type.pattern;
     return schema;
   }
 
-  Json alternatives(const ValueType& type) const {
-    Json schema;
+  OrderedJson alternatives(const ValueType& type) const {
+    OrderedJson schema;
     for (const ValueType& part : type.parts)
       schema["anyOf"].push_back(this->type(part));
     return schema;
   }
 
-  static void addGroups(const SceneRecord& record, Json& schema) {
+  static void addGroups(const SceneRecord& record, OrderedJson& schema) {
     for (const auto& keys : record.exactlyOneOf) {
-      Json group;
+      OrderedJson group;
       for (const std::string& key : keys)
-        group["oneOf"].push_back({{"required", Json::array({key})}});
+        group["oneOf"].push_back({{"required", OrderedJson::array({key})}});
       schema["allOf"].push_back(group);
     }
     for (const auto& keys : record.atMostOneOf)
       excludeEachOther(keys, schema);
   }
 
-  static void excludeEachOther(const std::vector<std::string>& keys, Json& schema) {
+  static void excludeEachOther(const std::vector<std::string>& keys, OrderedJson& schema) {
     for (std::size_t i = 0; i < keys.size(); ++i) {
       for (std::size_t j = i + 1; j < keys.size(); ++j) {
-        Json both;
+        OrderedJson both;
         both["not"]["required"] = {keys[i], keys[j]};
         schema["allOf"].push_back(both);
       }
@@ -185,7 +185,7 @@ std::string section(const SceneRecord& record) {
 }  // namespace
 
 std::string sceneSchema(const SceneTable& table) {
-  Json schema = {
+  OrderedJson schema = {
       {"$schema", "http://json-schema.org/draft-07/schema#"},
       {"title", "simulcap scene"},
       {"description", "Made from src/scene/scene_fields.h by make_scene_docs; see README.md."}};

@@ -24,7 +24,7 @@ std::string valuePerMaterial(double avatar::ClothParameters::*value) {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 using Kind = ValueType::Kind;
 
 ValueType numberType(Kind kind, const FieldText& text) {
@@ -177,31 +177,31 @@ class TableBuilder {
   }
 
   /// Whole numbers without a fraction, as a person would write them.
-  static Json defaultValue(double value) {
+  static OrderedJson defaultValue(double value) {
     const auto whole = static_cast<std::int64_t>(value);
-    return static_cast<double>(whole) == value ? Json(whole) : Json(value);
+    return static_cast<double>(whole) == value ? OrderedJson(whole) : OrderedJson(value);
   }
 
-  static Json defaultValue(const Eigen::Vector3d& value) {
+  static OrderedJson defaultValue(const Eigen::Vector3d& value) {
     return {defaultValue(value.x()), defaultValue(value.y()), defaultValue(value.z())};
   }
 
-  static Json defaultValue(const std::variant<std::vector<double>, std::string>& value) {
+  static OrderedJson defaultValue(const std::variant<std::vector<double>, std::string>& value) {
     return std::get<std::vector<double>>(value);
   }
 
   /// Absent by default, although a word says it too.
-  static Json defaultValue(const std::optional<int>&) { return "auto"; }
+  static OrderedJson defaultValue(const std::optional<int>&) { return "auto"; }
 
   template <class Value>
-  static Json defaultValue(const Value& value) {
+  static OrderedJson defaultValue(const Value& value) {
     if constexpr (std::is_enum_v<Value>) {
       for (const auto& [name, choice] : choiceNames(value)) {
         if (choice == value)
           return name;
       }
       return {};
-    } else if constexpr (std::is_constructible_v<Json, Value>) {
+    } else if constexpr (std::is_constructible_v<OrderedJson, Value>) {
       return value;
     } else {
       throw std::logic_error("scene_fields.h: a part needs defaultWords");

@@ -15,7 +15,7 @@ namespace {
 
 using Phasor = std::complex<double>;
 
-constexpr double kSteepest = 0.5 * std::numbers::pi;
+constexpr double kRightAngle = 0.5 * std::numbers::pi;
 constexpr double kUnambiguousRange = 7.5;  // [m], of light modulated with 20 MHz
 
 Phasor phasor(double amplitude, double path) {
@@ -163,8 +163,8 @@ double mixedDepth(const std::vector<float>& depth, const avatar::Camera& camera,
 }  // namespace
 
 double timeOfFlightNoise(double z, double angle) {
-  const double lean = std::min(angle, 0.97 * kSteepest);
-  const double ratio = lean / (kSteepest - lean);
+  const double lean = std::min(angle, 0.97 * kRightAngle);
+  const double ratio = lean / (kRightAngle - lean);
   return 0.001 * (1.5 - 0.5 * z + 0.3 * z * z + 0.1 * std::pow(z, 1.5) * ratio * ratio);
 }
 

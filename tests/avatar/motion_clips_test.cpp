@@ -13,8 +13,6 @@
 namespace avatar {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// A shorter, wider body with its pelvis away from the origin and bent rest knees.
 RestSkeleton otherBody() {
   RestSkeleton body = defaultRestSkeleton();
@@ -188,7 +186,7 @@ TEST(MotionClips, GaitHasPublishedAngles) {
     low = std::min(low, pose.translation.y());
     high = std::max(high, pose.translation.y());
   }
-  constexpr double kDegree = kPi / 180.0;
+  constexpr double kDegree = std::numbers::pi / 180.0;
   EXPECT_NEAR(knee, 62.0 * kDegree, 14.0 * kDegree);
   EXPECT_LT(straightest, 16.0 * kDegree);
   EXPECT_NEAR(hipMax, -(-5.0) * kDegree, 25.0 * kDegree);  // extension: positive x, leg back
@@ -225,9 +223,9 @@ TEST(MotionClips, TurnsCoverExactlyOneRevolution) {
     double total = 0.0;
     for (std::size_t i = 1; i < clip.frames.size(); ++i) {
       const double step = heading(clip.frames[i]) - heading(clip.frames[i - 1]);
-      total += step - 2.0 * kPi * std::round(step / (2.0 * kPi));
+      total += step - 2.0 * std::numbers::pi * std::round(step / (2.0 * std::numbers::pi));
     }
-    EXPECT_NEAR(total, 2.0 * kPi, 1e-9) << name;
+    EXPECT_NEAR(total, 2.0 * std::numbers::pi, 1e-9) << name;
   }
   const Motion clip = makeClip("turn", {});
   for (const BodyPose& pose : clip.frames) {
@@ -235,7 +233,7 @@ TEST(MotionClips, TurnsCoverExactlyOneRevolution) {
   }
   // Constant speed between the ramps: 2π over 0.9 of the 6 s.
   const double step = heading(clip.frames[61]) - heading(clip.frames[60]);
-  EXPECT_NEAR(step, 2.0 * kPi / (0.9 * 6.0) / 30.0, 1e-9);
+  EXPECT_NEAR(step, 2.0 * std::numbers::pi / (0.9 * 6.0) / 30.0, 1e-9);
 }
 
 TEST(MotionClips, UnknownNamesAndBadOptionsAreRefused) {

@@ -10,8 +10,6 @@
 namespace avatar {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 struct JointNames {
   std::string hips, spine, chest, neck, head;
   std::array<std::string, kNumLimbJoints> left, right;
@@ -158,7 +156,8 @@ TEST(MotionRetarget, ZUpRecordingGivesTheSamePoses) {
       Eigen::Quaterniond(Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitX()));
   yUp.frames[0].positions.col(0) << 10.0, 95.0, 30.0;
   RecordedMotion zUp = yUp;
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.5 * kPi, Eigen::Vector3d::UnitX()));
+  const Eigen::Quaterniond turn(
+      Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitX()));
   for (RecordedJoint& joint : zUp.joints) {
     joint.offset = turn * joint.offset;
   }

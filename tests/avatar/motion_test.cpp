@@ -11,8 +11,6 @@
 namespace avatar {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// Constant turning about y and constant velocity: interpolation has a closed form.
 Motion spinning(double framesPerSecond, int numFrames, double yawRate) {
   Motion motion;
@@ -59,7 +57,7 @@ TEST(Skeleton, RestPoseGivesTheRestJoints) {
 TEST(Skeleton, BentElbowMovesOnlyTheForearm) {
   const RestSkeleton body = defaultRestSkeleton();
   BodyPose pose;
-  pose.jointRotations[3 * kLeftElbow + 1] = -0.5 * kPi;  // forearm forward
+  pose.jointRotations[3 * kLeftElbow + 1] = -0.5 * std::numbers::pi;  // forearm forward
   const JointPositions joints = posedSkeleton(body.joints, pose).joints;
   const Eigen::Vector3d forearm = joints.col(kLeftWrist) - joints.col(kLeftElbow);
   EXPECT_NEAR(forearm.z(), 0.25, 1e-12);  // the default forearm, 0.25 m along x at rest
@@ -145,7 +143,7 @@ TEST(Motion, ZUpToYUpRotatesTheWholeBody) {
   body.joints.colwise() += Eigen::Vector3d(0.01, -0.22, 0.03);
   const Eigen::Vector3d pelvis = body.joints.col(kPelvis);
   Motion motion = spinning(10.0, 5, 0.7);
-  const Eigen::AngleAxisd turn(-0.5 * kPi, Eigen::Vector3d::UnitX());
+  const Eigen::AngleAxisd turn(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitX());
   const Motion yUp = fromZUp(motion, pelvis);
   for (std::size_t i = 0; i < motion.frames.size(); ++i) {
     const JointPositions before = posedSkeleton(body.joints, motion.frames[i]).joints;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using test::equilateralSheet;
 using test::Sheet;
 
-constexpr double kFrame = 1.0 / 30.0;
+constexpr double kCaptureFrame = 1.0 / 30.0;
 
 /// A level sheet around the y axis, facing up.
 Sheet levelSheet(int columns, int rows, double edge, double height) {
@@ -33,8 +33,8 @@ CaptureGarment garmentOf(const Sheet& sheet, int layer = 0) {
 }
 
 /// A level body of 1 m × 1 m at height 0 and a garment that hovers above it.
-struct Scene {
-  explicit Scene(double height = 0.02) : floor(levelSheet(21, 24, 0.05, 0.0)) {
+struct FloorScene {
+  explicit FloorScene(double height = 0.02) : floor(levelSheet(21, 24, 0.05, 0.0)) {
     setup.garments.push_back(garmentOf(levelSheet(15, 15, 0.02, height)));
     setup.bodyFaces = floor.faces;
     setup.numBodyVertices = floor.vertices.cols();
@@ -47,10 +47,10 @@ struct Scene {
 const Matrix3Xd kNobody(3, 0);
 
 TEST(CaptureWorld, ClothComesToRestOnTheBody) {
-  Scene scene;
+  FloorScene scene;
   CaptureWorld world(scene.setup);
   for (int frame = 0; frame < 30; ++frame)
-    EXPECT_TRUE(world.step(scene.floor.vertices, kFrame, 100).stable);
+    EXPECT_TRUE(world.step(scene.floor.vertices, kCaptureFrame, 100).stable);
   const Matrix3Xd vertices = world.vertices(0);
   // Float positions.
   EXPECT_NEAR(vertices.row(1).minCoeff(), 0.004, 1e-4);
@@ -59,18 +59,18 @@ TEST(CaptureWorld, ClothComesToRestOnTheBody) {
 }
 
 TEST(CaptureWorld, TheBodyMovesWithinTheFrame) {
-  Scene scene(0.006);
+  FloorScene scene(0.006);
   scene.setup.gravity.setZero();
   CaptureWorld world(scene.setup);
-  world.step(scene.floor.vertices, kFrame, 100);
+  world.step(scene.floor.vertices, kCaptureFrame, 100);
   const Matrix3Xd raised = scene.floor.vertices.colwise() + Vector3d(0.0, 0.1, 0.0);
-  world.step(raised, kFrame, 100);  // 3 m/s, and far past the cloth
+  world.step(raised, kCaptureFrame, 100);  // 3 m/s, and far past the cloth
   EXPECT_GT(world.vertices(0).row(1).minCoeff(), 0.1 + 0.003);
   EXPECT_NEAR(world.velocities(0).row(1).mean(), 3.0, 0.3);
 }
 
 TEST(CaptureWorld, KeepsTheOrderOfTheInput) {
-  Scene scene;
+  FloorScene scene;
   CaptureWorld world(scene.setup);
   const Matrix3Xd& given = scene.setup.garments[0].vertices;
   EXPECT_LT((world.vertices(0) - given).norm(), 1e-6);  // float
@@ -83,7 +83,7 @@ TEST(CaptureWorld, KeepsTheOrderOfTheInput) {
 }
 
 TEST(CaptureWorld, SameBytesAsTheCoreAlone) {
-  Scene scene;
+  FloorScene scene;
   CaptureWorld world(scene.setup);
   ClothSimulation alone;
   const CaptureGarment& garment = scene.setup.garments[0];
@@ -96,9 +96,9 @@ TEST(CaptureWorld, SameBytesAsTheCoreAlone) {
   for (int frame = 0; frame < 10; ++frame) {
     const Matrix3Xd next =
         scene.floor.vertices.colwise() + Vector3d(0.002 * frame, 0.001 * frame, 0.0);
-    world.step(next, kFrame, 100);
-    surface.setFrame(body, next, kFrame);
-    alone.advance({double{static_cast<float>(kFrame)}, 100});
+    world.step(next, kCaptureFrame, 100);
+    surface.setFrame(body, next, kCaptureFrame);
+    alone.advance({double{static_cast<float>(kCaptureFrame)}, 100});
     body = next;
     ASSERT_EQ(world.vertices(0), positionsForOutput(alone.mesh(0), alone.state(0))) << frame;
   }
@@ -114,7 +114,7 @@ TEST(CaptureWorld, PinsGoWhereTheyAreSent) {
   pins << sheet.vertices.col(0) + Vector3d(0.0, 0.01, 0.0), sheet.vertices.col(9);
   world.movePins(0, pins);
   for (int frame = 0; frame < 3; ++frame) {
-    world.step(kNobody, kFrame, 100);
+    world.step(kNobody, kCaptureFrame, 100);
     EXPECT_LT((world.vertices(0).col(0) - pins.col(0)).norm(), 1e-6);
     EXPECT_LT((world.vertices(0).col(9) - pins.col(1)).norm(), 1e-6);
   }
@@ -131,11 +131,11 @@ class Pull final : public ExternalForce {
 };
 
 TEST(CaptureWorld, AFitMovesClothAndLeavesItsVelocities) {
-  Scene scene(0.005);
+  FloorScene scene(0.005);
   CaptureWorld world(scene.setup);
   const Pull pull;
   EXPECT_THROW(world.fit({&pull}), std::logic_error) << "nobody knows where the body is";
-  world.step(scene.floor.vertices, kFrame, 100);
+  world.step(scene.floor.vertices, kCaptureFrame, 100);
   const Matrix3Xd velocities = world.velocities(0);
   const Matrix3Xd before = world.vertices(0);
   const FrameReport report = world.fit({&pull});
@@ -149,13 +149,13 @@ TEST(CaptureWorld, AFitMovesClothAndLeavesItsVelocities) {
 }
 
 TEST(CaptureWorld, StepsGoOnAsBeforeAFitWithoutForces) {
-  Scene scene(0.5);
+  FloorScene scene(0.5);
   scene.setup.gravity.setZero();
   CaptureWorld fitted(scene.setup);
   CaptureWorld plain(scene.setup);
   for (int frame = 0; frame < 4; ++frame) {
-    fitted.step(scene.floor.vertices, kFrame, 100);
-    plain.step(scene.floor.vertices, kFrame, 100);
+    fitted.step(scene.floor.vertices, kCaptureFrame, 100);
+    plain.step(scene.floor.vertices, kCaptureFrame, 100);
     fitted.fit({nullptr});
     // At rest in its rest shape but for float.
     EXPECT_LT((fitted.vertices(0) - plain.vertices(0)).cwiseAbs().maxCoeff(), 1e-6);
@@ -163,7 +163,7 @@ TEST(CaptureWorld, StepsGoOnAsBeforeAFitWithoutForces) {
 }
 
 TEST(CaptureWorld, BuildsWhatIsAskedForAndNoMore) {
-  Scene scene;
+  FloorScene scene;
   CaptureSetup bare = scene.setup;
   bare.bodyFaces.resize(3, 0);
   bare.numBodyVertices = 0;
@@ -186,12 +186,12 @@ TEST(CaptureWorld, BuildsWhatIsAskedForAndNoMore) {
 }
 
 TEST(CaptureWorld, GarmentsLieOnEachOther) {
-  Scene scene(0.01);
+  FloorScene scene(0.01);
   scene.setup.garments.push_back(garmentOf(levelSheet(12, 12, 0.02, 0.03), 1));
   scene.setup.garmentContact = true;
   CaptureWorld world(scene.setup);
   for (int frame = 0; frame < 20; ++frame)
-    EXPECT_TRUE(world.step(scene.floor.vertices, kFrame, 100).stable);
+    EXPECT_TRUE(world.step(scene.floor.vertices, kCaptureFrame, 100).stable);
   // The lower one at its thickness from the body, the upper one at its own from the lower one;
   // vertices meet triangles between vertices, which sag a little.
   EXPECT_NEAR(world.vertices(0).row(1).mean(), 0.004, 0.001);
@@ -199,10 +199,10 @@ TEST(CaptureWorld, GarmentsLieOnEachOther) {
 }
 
 TEST(CaptureWorld, RaysMeetTheNearest) {
-  Scene scene(0.1);
+  FloorScene scene(0.1);
   scene.setup.gravity.setZero();
   CaptureWorld world(scene.setup);
-  world.step(scene.floor.vertices, kFrame, 100);
+  world.step(scene.floor.vertices, kCaptureFrame, 100);
   const auto cloth = world.castRay({0.013, 1.0, 0.017}, {0.013, -1.0, 0.017});
   ASSERT_TRUE(cloth);
   EXPECT_EQ(cloth->garment, 0);
@@ -244,16 +244,16 @@ class CountingDrawer final : public btIDebugDraw {
 };
 
 TEST(CaptureWorld, DrawsEverything) {
-  Scene scene;
+  FloorScene scene;
   CaptureWorld world(scene.setup);
-  world.step(scene.floor.vertices, kFrame, 100);
+  world.step(scene.floor.vertices, kCaptureFrame, 100);
   CountingDrawer drawer;
   world.draw(drawer);
   EXPECT_GE(drawer.numLines, world.mesh(0).springs.cols() + 3 * scene.floor.faces.cols());
 }
 
 TEST(CaptureWorld, RigidBodiesOfTheWorldTouchCloth) {
-  Scene scene(0.3);
+  FloorScene scene(0.3);
   scene.setup.gravity.setZero();
   scene.setup.rigidBodies = true;
   CaptureWorld world(scene.setup);
@@ -265,22 +265,22 @@ TEST(CaptureWorld, RigidBodiesOfTheWorldTouchCloth) {
   ball.setLinearVelocity({0, -2, 0});
   world.bulletWorld().addRigidBody(&ball);
   for (int frame = 0; frame < 5; ++frame)
-    world.step(scene.floor.vertices, kFrame, 100);
+    world.step(scene.floor.vertices, kCaptureFrame, 100);
   EXPECT_GT(ball.getLinearVelocity().y(), -1.5F);
   EXPECT_GT(world.rigidCoupling()->counters().impulses, 0);
   world.bulletWorld().removeRigidBody(&ball);
 }
 
 TEST(CaptureWorld, RefusesWhatItCannotUse) {
-  Scene scene;
+  FloorScene scene;
   CaptureWorld world(scene.setup);
-  EXPECT_THROW(world.step(kNobody, kFrame, 100), std::invalid_argument);
-  EXPECT_THROW(world.step(scene.floor.vertices, kFrame, 0), std::invalid_argument);
+  EXPECT_THROW(world.step(kNobody, kCaptureFrame, 100), std::invalid_argument);
+  EXPECT_THROW(world.step(scene.floor.vertices, kCaptureFrame, 0), std::invalid_argument);
   EXPECT_THROW(world.step(scene.floor.vertices, -1.0, 100), std::invalid_argument);
   Matrix3Xd broken = scene.floor.vertices;
   broken(1, 3) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(world.step(broken, kFrame, 100), std::invalid_argument);
-  EXPECT_TRUE(world.step(scene.floor.vertices, kFrame, 100).stable);
+  EXPECT_THROW(world.step(broken, kCaptureFrame, 100), std::invalid_argument);
+  EXPECT_TRUE(world.step(scene.floor.vertices, kCaptureFrame, 100).stable);
   EXPECT_THROW(world.fit({}), std::invalid_argument);
   EXPECT_THROW(world.fit({nullptr}, {.iterations = 0}), std::invalid_argument);
   EXPECT_THROW(world.fit({nullptr}, {.damping = 2.0}), std::invalid_argument);

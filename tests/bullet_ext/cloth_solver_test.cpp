@@ -17,15 +17,15 @@ using test::clothOf;
 using test::equilateralSheet;
 using test::Sheet;
 
-constexpr float kFrame = 1.0F / 30.0F;
+constexpr float kGameFrame = 1.0F / 30.0F;
 
 ClothMesh curtain() {
   return clothOf(equilateralSheet(12, 10, 0.02), {}, {.pins = {108, 119}});
 }
 
 /// A pinned curtain in a world with gravity.
-struct Scene {
-  explicit Scene(const ClothSolverOptions& options = {}, ClothMesh mesh = curtain())
+struct CurtainScene {
+  explicit CurtainScene(const ClothSolverOptions& options = {}, ClothMesh mesh = curtain())
       : solver(options), world(&solver) {
     world.setGravity({0, -9.81F, 0});
     body = &solver.addCloth(std::move(mesh), world.world.getWorldInfo());
@@ -48,14 +48,14 @@ TEST(ClothSolver, GivesBitForBitTheStatesOfTheCoreAlone) {
   for (const auto kernels : {ClothKernels::kAutomatic, ClothKernels::kPortable}) {
     ClothSolverOptions options;
     options.simulation.stepper.kernels = kernels;
-    Scene scene(options);
+    CurtainScene scene(options);
     ClothSimulation alone(options.simulation);
     const int cloth = alone.addCloth(curtain());
     const Gravity gravity(alone.mesh(cloth), {0, double{-9.81F}, 0});
     alone.addForce(cloth, gravity);
     for (int frame = 0; frame < 20; ++frame) {
-      scene.world.world.stepSimulation(kFrame, 0);
-      const FrameReport report = alone.advance({double{kFrame}, 100});
+      scene.world.world.stepSimulation(kGameFrame, 0);
+      const FrameReport report = alone.advance({double{kGameFrame}, 100});
       EXPECT_EQ(scene.solver.lastReport().substeps, report.substeps);
       ASSERT_NO_FATAL_FAILURE(expectSame(scene.state(), alone.state(cloth)));
     }
@@ -64,7 +64,7 @@ TEST(ClothSolver, GivesBitForBitTheStatesOfTheCoreAlone) {
 }
 
 TEST(ClothSolver, DividesEachStepOfTheWorld) {
-  Scene scene;
+  CurtainScene scene;
   scene.world.world.stepSimulation(1.0F / 60.0F, 0);
   EXPECT_EQ(scene.solver.lastReport().substeps, 50);
   scene.solver.setSubsteps(60);
@@ -77,8 +77,8 @@ TEST(ClothSolver, DividesEachStepOfTheWorld) {
 }
 
 TEST(ClothSolver, ShowsTheStatesInTheBodies) {
-  Scene scene;
-  scene.world.world.stepSimulation(kFrame, 0);
+  CurtainScene scene;
+  scene.world.world.stepSimulation(kGameFrame, 0);
   const ClothMesh& mesh = scene.solver.simulation().mesh(0);
   for (int i = 0; i < scene.body->m_nodes.size(); ++i) {
     const int vertex = mesh.solverFromInput[static_cast<std::size_t>(i)];
@@ -90,11 +90,11 @@ TEST(ClothSolver, ShowsTheStatesInTheBodies) {
 }
 
 TEST(ClothSolver, GoesOnFromWhereSomebodyPutTheBody) {
-  Scene moved;
-  Scene still;
+  CurtainScene moved;
+  CurtainScene still;
   moved.body->translate(btVector3(0, 0, 4));
-  moved.world.world.stepSimulation(kFrame, 0);
-  still.world.world.stepSimulation(kFrame, 0);
+  moved.world.world.stepSimulation(kGameFrame, 0);
+  still.world.world.stepSimulation(kGameFrame, 0);
   // Float keeps 2e-7 m at 4 m.
   for (int i = 0; i < moved.body->m_nodes.size(); ++i)
     EXPECT_NEAR(moved.body->m_nodes[i].m_x.z() - still.body->m_nodes[i].m_x.z(), 4.0F, 1e-4F);
@@ -104,20 +104,20 @@ TEST(ClothSolver, GoesOnFromWhereSomebodyPutTheBody) {
 TEST(ClothSolver, ForcesOfNodesActThroughOneStep) {
   ClothMaterial material;
   material.damping = 0.0;
-  Scene scene({}, clothOf(equilateralSheet(6, 5, 0.02), material));
+  CurtainScene scene({}, clothOf(equilateralSheet(6, 5, 0.02), material));
   scene.body->addForce(btVector3(0.0F, 9.81e-3F, 0.03F));  // on each node of 1 g
-  scene.world.world.stepSimulation(kFrame, 0);
+  scene.world.world.stepSimulation(kGameFrame, 0);
   // A hundred additions in float.
   EXPECT_NEAR(scene.state().velocities.row(2).mean(), 1.0F, 1e-4F);
   EXPECT_NEAR(scene.state().velocities.row(1).mean(), 0.0F, 1e-4F);
-  scene.world.world.stepSimulation(kFrame, 0);
+  scene.world.world.stepSimulation(kGameFrame, 0);
   EXPECT_NEAR(scene.state().velocities.row(2).mean(), 1.0F, 1e-4F);
 }
 
 TEST(ClothSolver, RefusesWhatIsNotFinite) {
-  Scene scene;
+  CurtainScene scene;
   scene.body->setVelocity(btVector3(0, std::numeric_limits<float>::infinity(), 0));
-  EXPECT_THROW(scene.world.world.stepSimulation(kFrame, 0), std::invalid_argument);
+  EXPECT_THROW(scene.world.world.stepSimulation(kGameFrame, 0), std::invalid_argument);
   EXPECT_THROW(ClothSolver({.largestSubstep = 0.0}), std::invalid_argument);
 }
 
@@ -150,7 +150,7 @@ std::vector<btVector3> fallOfStockPatch(BulletWorld& world, int frames) {
 }
 
 TEST(ClothSolver, LeavesStockSoftBodiesAsTheyAre) {
-  Scene scene;
+  CurtainScene scene;
   BulletWorld stock;
   const auto withCloth = fallOfStockPatch(scene.world, 40);
   const auto without = fallOfStockPatch(stock, 40);

@@ -13,7 +13,7 @@ using test::BulletWorld;
 using test::castRay;
 using test::Sheet;
 
-constexpr float kFrame = 1.0F / 60.0F;
+constexpr float kBodyFrame = 1.0F / 60.0F;
 const Eigen::Vector3d kStill = Eigen::Vector3d::Zero();
 
 /// A level floor of small triangles, facing up, 2 m wide, that moves at a constant velocity, in a
@@ -38,11 +38,11 @@ struct MovingFloor {
 
   void step(int frames = 1) {
     for (int i = 0; i < frames; ++i) {
-      const Eigen::Matrix3Xd next = positions_.colwise() + double{kFrame} * velocity_;
-      surface.setFrame(positions_, next, double{kFrame});
+      const Eigen::Matrix3Xd next = positions_.colwise() + double{kBodyFrame} * velocity_;
+      surface.setFrame(positions_, next, double{kBodyFrame});
       positions_ = next;
       body.followSurface();
-      world.world.stepSimulation(kFrame, 0);
+      world.world.stepSimulation(kBodyFrame, 0);
     }
   }
 

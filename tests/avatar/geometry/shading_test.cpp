@@ -9,7 +9,7 @@
 namespace avatar {
 namespace {
 
-Camera testCamera() {
+Camera shadingCamera() {
   Camera camera;
   camera.width = 64;
   camera.height = 48;
@@ -42,9 +42,9 @@ TEST(Shading, FollowsTheCosineLaw) {
   ShadingOptions options = headLightOnly();
   const ShadedMesh shaded{plate, Eigen::Vector3d(0.8, 0.4, 0.2)};
   options.wrap = 0.0;
-  const ColorImage lambert = shade(shaded, testCamera(), options);
+  const ColorImage lambert = shade(shaded, shadingCamera(), options);
   options.wrap = 1.0;
-  const ColorImage half = shade(shaded, testCamera(), options);
+  const ColorImage half = shade(shaded, shadingCamera(), options);
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(channel(lambert, 32, 24, c), 255.0 * shaded.color[c] * 0.5, 1.0) << "8-bit";
     EXPECT_NEAR(channel(half, 32, 24, c), 255.0 * shaded.color[c] * 0.5625, 1.0) << "8-bit";
@@ -57,12 +57,12 @@ TEST(Shading, ShowsTheBackgroundBesideTheMeshAndBackFacesInTheirColour) {
   options.background = {0.0, 0.0, 1.0};
   ShadedMesh shaded{sphere, Eigen::Vector3d(1.0, 0.0, 0.0)};
   shaded.backColor = Eigen::Vector3d(0.0, 1.0, 0.0);
-  const ColorImage outside = shade(shaded, testCamera(), options);
+  const ColorImage outside = shade(shaded, shadingCamera(), options);
   EXPECT_EQ(channel(outside, 1, 1, 2), 255);
   EXPECT_GT(channel(outside, 32, 24, 0), 240);
   EXPECT_EQ(channel(outside, 32, 24, 1), 0);
   sphere.faces.row(1).swap(sphere.faces.row(2));
-  const ColorImage inside = shade(shaded, testCamera(), options);
+  const ColorImage inside = shade(shaded, shadingCamera(), options);
   EXPECT_EQ(channel(inside, 32, 24, 0), 0);
   EXPECT_GT(channel(inside, 32, 24, 1), 240);
 }
@@ -79,7 +79,7 @@ TEST(Shading, InterpolatesVertexColoursAndSupersamplingKeepsTheirMean) {
   shaded.vertexColors = &colors;
   for (const int factor : {1, 3}) {
     options.supersampling = factor;
-    const ColorImage image = shade(shaded, testCamera(), options);
+    const ColorImage image = shade(shaded, shadingCamera(), options);
     for (int x = 0; x < 64; x += 9) {
       const double worldX = 3.0 * (x - 31.5) / 60.0;
       EXPECT_NEAR(channel(image, x, 20, 0), 255.0 * (worldX + 4.0) / 8.0, 1.0) << "8-bit";
@@ -94,7 +94,7 @@ TEST(Shading, WireframeDarkensEdgesOnly) {
   options.wireColor.setZero();
   ShadedMesh shaded{plate, Eigen::Vector3d::Ones()};
   shaded.wireframe = true;
-  Camera camera = testCamera();
+  Camera camera = shadingCamera();
   camera.cx = 32.0;  // the diagonal x = y of the plate passes exactly through pixel (32, 24)
   camera.cy = 24.0;
   const ColorImage image = shade(shaded, camera, options);
@@ -107,7 +107,7 @@ TEST(Shading, RejectsColoursOfAnotherMesh) {
   const Eigen::Matrix3Xd colors = Eigen::Matrix3Xd::Zero(3, 7);
   ShadedMesh shaded{cube};
   shaded.vertexColors = &colors;
-  EXPECT_THROW(shade(shaded, testCamera()), std::invalid_argument);
+  EXPECT_THROW(shade(shaded, shadingCamera()), std::invalid_argument);
 }
 
 }  // namespace

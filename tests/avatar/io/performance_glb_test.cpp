@@ -26,7 +26,7 @@ using test::TemporaryFolder;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-const LayeredAvatar& sample() {
+const LayeredAvatar& dressedSample() {
   static const LayeredAvatar kAvatar = test::dressedAvatar(test::capsuleFigure(), {});
   return kAvatar;
 }
@@ -40,13 +40,14 @@ Motion shortWalk(std::size_t numFrames) {
 /// Garments that follow the body unsimulated.
 GarmentFrames skinnedFrames(const Motion& motion) {
   return [motion](std::size_t garment, std::size_t frame) {
-    return posedVertices(sample().garments[garment], sample().body, motion.frames[frame]);
+    return posedVertices(
+        dressedSample().garments[garment], dressedSample().body, motion.frames[frame]);
   };
 }
 
 Performance dressedWalk(std::size_t numFrames) {
   const Motion motion = shortWalk(numFrames);
-  return dressedPerformance(sample(), motion, skinnedFrames(motion));
+  return dressedPerformance(dressedSample(), motion, skinnedFrames(motion));
 }
 
 /// A sheet that a wave runs through.
@@ -167,7 +168,7 @@ TEST_F(PerformanceGlb, EveryFrameIsAMorphTargetOfItsOwn) {
   const GlbParts parts = written(dressedWalk(7));
   ASSERT_EQ(parts.document["meshes"].size(), 3u);
   for (std::size_t garment = 0; garment < 2; ++garment) {
-    const std::string& name = sample().garments[garment].name;
+    const std::string& name = dressedSample().garments[garment].name;
     ASSERT_EQ(meshOf(parts, name)["primitives"][0]["targets"].size(), 7u);
     for (std::size_t frame = 0; frame < 7; ++frame) {
       const Eigen::Matrix3Xd truth = skinnedFrames(motion)(garment, frame);
@@ -213,8 +214,8 @@ TEST_F(PerformanceGlb, OneFrameOrNoGarmentIsEnough) {
 
 TEST_F(PerformanceGlb, GarmentsKeepTheirColours) {
   const Performance performance = dressedWalk(2);
-  EXPECT_EQ(performance.cloths[0].vertexColors, sample().garments[0].vertexColors);
-  EXPECT_EQ(performance.cloths[1].color, sample().garments[1].color);
+  EXPECT_EQ(performance.cloths[0].vertexColors, dressedSample().garments[0].vertexColors);
+  EXPECT_EQ(performance.cloths[1].color, dressedSample().garments[1].color);
   const GlbParts parts = written(performance);
   EXPECT_TRUE(meshOf(parts, "shirt")["primitives"][0]["attributes"].contains("COLOR_0"));
   EXPECT_TRUE(materialOf(parts, "skirt")["doubleSided"].get<bool>());
@@ -269,7 +270,7 @@ TEST_F(PerformanceGlb, PropsThatStandStillAreNotAnimated) {
 TEST_F(PerformanceGlb, EverythingIsInOneClip) {
   Performance performance = sheetAndProps(3);
   performance.framesPerSecond = 20.0;
-  performance.body = PerformanceBody{sample().body, shortWalk(3)};
+  performance.body = PerformanceBody{dressedSample().body, shortWalk(3)};
   const GlbParts parts = written(performance);
   ASSERT_EQ(parts.document["animations"].size(), 1u);
   EXPECT_GE(keysOf(parts, "pelvis", "translation"), 0);
@@ -416,7 +417,7 @@ TEST_F(PerformanceGlb, RefusesFlawedProps) {
 }
 
 TEST_F(PerformanceGlb, AFlawedAvatarIsNoPerformance) {
-  LayeredAvatar flawed = sample();
+  LayeredAvatar flawed = dressedSample();
   flawed.garments[0].mesh.faces(0, 0) = -1;
   EXPECT_THROW(
       dressedPerformance(flawed, shortWalk(2), skinnedFrames(shortWalk(2))), std::invalid_argument);

@@ -21,7 +21,7 @@ namespace {
 
 using test::TriangleMesh;
 
-constexpr double kSubstep = 1.0 / 3000.0;
+constexpr double kBodySubstep = 1.0 / 3000.0;
 
 /// So limp that triangles of 1 cm are stable at this substep.
 const ClothMaterial kLimp = {.torsionStiffness = 0.002, .damping = 1.0};
@@ -43,7 +43,7 @@ struct Scene {
   ContactCounts counts;
   int frame = 0;
 
-  double frameDuration() const { return kSubstep * substepsPerFrame; }
+  double frameDuration() const { return kBodySubstep * substepsPerFrame; }
 
   /// afterSubstep(substep) is called after the contact of each substep.
   void run(
@@ -55,7 +55,7 @@ struct Scene {
     for (int last = frame + frames; frame < last; ++frame) {
       surface.setFrame(
           motion(frameDuration() * frame), motion(frameDuration() * (frame + 1)), frameDuration());
-      contact.beginFrame(state, kSubstep, substepsPerFrame);
+      contact.beginFrame(state, kBodySubstep, substepsPerFrame);
       for (int substep = 0; substep < substepsPerFrame; ++substep) {
         stepper.step(state, forces);
         counts += contact.resolve(state, substep);
@@ -107,12 +107,12 @@ Difference differenceFromSlow(Scene& scene, int frames) {
     const double start = scene.frameDuration() * scene.frame;
     scene.surface.setFrame(
         scene.motion(start), scene.motion(start + scene.frameDuration()), scene.frameDuration());
-    fast.beginFrame(scene.state, kSubstep, scene.substepsPerFrame);
+    fast.beginFrame(scene.state, kBodySubstep, scene.substepsPerFrame);
     for (int substep = 0; substep < scene.substepsPerFrame; ++substep) {
       stepper.step(scene.state, forces);
       ClothState other = scene.state;
       const ContactCounts counts = fast.resolve(scene.state, substep);
-      const int contacts = slow.resolve(other, kSubstep * (substep + 1), kSubstep);
+      const int contacts = slow.resolve(other, kBodySubstep * (substep + 1), kBodySubstep);
       worst.contacts += contacts;
       EXPECT_NEAR(static_cast<double>(counts.contacts), contacts, 2.0);
       for (Eigen::Index v = 0; v < scene.mesh.numVertices(); ++v) {
@@ -180,7 +180,7 @@ TEST(BodyContact, givesTheSameBytesForAnyRanges) {
         pieces.motion(start),
         pieces.motion(start + pieces.frameDuration()),
         pieces.frameDuration());
-    contact.beginFrame(pieces.state, kSubstep, pieces.substepsPerFrame);
+    contact.beginFrame(pieces.state, kBodySubstep, pieces.substepsPerFrame);
     for (int substep = 0; substep < pieces.substepsPerFrame; ++substep) {
       stepper.step(pieces.state, forces);
       team.run([&](int i) {
@@ -341,7 +341,7 @@ TEST(BodyContact, liftsClothOutOfTheDepthAtABoundedSpeed) {
     double fastest = 0.0;
     scene.run(6, [&](int /*substep*/) {
       const Eigen::Matrix4Xd moved = (scene.state.positions - before.positions).cast<double>();
-      fastest = std::max(fastest, moved.colwise().norm().maxCoeff() / kSubstep);
+      fastest = std::max(fastest, moved.colwise().norm().maxCoeff() / kBodySubstep);
       before = scene.state;
     });
     EXPECT_GT(clearances(scene).minCoeff(), 0.8 * scene.options.thickness) << depth;
@@ -404,7 +404,7 @@ TEST(BodyContact, neitherTrapsNorEjectsWhatLimbsPressTogether) {
     double farthest = 0.0;
     const auto watch = [&](int /*substep*/) {
       const Eigen::Matrix4Xd moved = (scene.state.positions - before.positions).cast<double>();
-      fastest = std::max(fastest, moved.colwise().norm().maxCoeff() / kSubstep);
+      fastest = std::max(fastest, moved.colwise().norm().maxCoeff() / kBodySubstep);
       farthest =
           std::max(farthest, scene.state.positions.row(0).cast<double>().cwiseAbs().maxCoeff());
       before = scene.state;
@@ -450,13 +450,14 @@ TEST(BodyContact, refusesWhatItCannotUse) {
     EXPECT_THROW(BodyContact(scene.mesh, scene.surface, bad), std::invalid_argument);
   }
   BodyContact contact(scene.mesh, scene.surface);
-  EXPECT_THROW(contact.beginFrame(scene.state, kSubstep, 100), std::invalid_argument);  // no frame
-  scene.surface.setFrame(scene.motion(0.0), scene.motion(0.0), 100 * kSubstep);
-  EXPECT_THROW(contact.beginFrame(scene.state, kSubstep, 99), std::invalid_argument);
+  EXPECT_THROW(
+      contact.beginFrame(scene.state, kBodySubstep, 100), std::invalid_argument);  // no frame
+  scene.surface.setFrame(scene.motion(0.0), scene.motion(0.0), 100 * kBodySubstep);
+  EXPECT_THROW(contact.beginFrame(scene.state, kBodySubstep, 99), std::invalid_argument);
   ClothState bad = scene.state;
   bad.velocities(1, 3) = std::numeric_limits<float>::infinity();
-  EXPECT_THROW(contact.beginFrame(bad, kSubstep, 100), std::invalid_argument);
-  contact.beginFrame(scene.state, kSubstep, 100);
+  EXPECT_THROW(contact.beginFrame(bad, kBodySubstep, 100), std::invalid_argument);
+  contact.beginFrame(scene.state, kBodySubstep, 100);
   EXPECT_THROW(contact.resolve(scene.state, 100), std::invalid_argument);
   EXPECT_THROW(
       contact.resolve(scene.state.positions, scene.state.velocities, 0, {0, 12}),

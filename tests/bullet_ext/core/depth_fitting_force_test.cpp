@@ -20,7 +20,7 @@ using Eigen::Vector3f;
 using test::clothOf;
 using test::equilateralSheet;
 
-constexpr double kDuration = 1.0 / 3000.0;
+constexpr double kForceDuration = 1.0 / 3000.0;
 constexpr DepthForceOptions kLiteral = {.mode = DepthForceMode::kLiteral};
 
 DepthTarget singlePoint(int vertex, const Vector3f& point) {
@@ -35,7 +35,7 @@ float forceAt(
     float distance,
     const DepthForceOptions& options = {},
     const ClothMaterial& material = {},
-    double duration = kDuration) {
+    double duration = kForceDuration) {
   const ClothMesh mesh =
       clothOf(equilateralSheet(3, 3, 0.02), material, {.vertexOrder = VertexOrder::kInput});
   const DepthFittingForce force(mesh, {singlePoint(0, {distance, 0.0F, 0.0F})}, duration, options);
@@ -81,15 +81,15 @@ TEST(DepthFittingForce, outliersDoNotPull) {
 TEST(DepthFittingForce, clampFollowsFromTheStabilityBound) {
   const DepthForceOptions wide = {.largestDistance = 0.1};
   // The paper's mass and substep: the 20 mm beyond which one neighbour alone overshoots.
-  EXPECT_NEAR(stableDepthDistance(wide, 0.001, kDuration), 0.0196, 5e-5);
+  EXPECT_NEAR(stableDepthDistance(wide, 0.001, kForceDuration), 0.0196, 5e-5);
   // Twice the substep or a quarter of the mass: ln 4/γ less.
   const double less = std::log(4.0) / wide.gamma;
-  const double distance = stableDepthDistance(wide, 0.001, kDuration);
-  EXPECT_NEAR(stableDepthDistance(wide, 0.001, 2.0 * kDuration), distance - less, 1e-12);
-  EXPECT_NEAR(stableDepthDistance(wide, 0.00025, kDuration), distance - less, 1e-12);
-  EXPECT_EQ(stableDepthDistance({.largestDistance = 0.01}, 0.001, kDuration), 0.01);
-  EXPECT_EQ(stableDepthDistance(wide, 1e-8, kDuration), 0.0);
-  EXPECT_EQ(stableDepthSoftening(wide, 0.001, kDuration), wide.softening);
+  const double distance = stableDepthDistance(wide, 0.001, kForceDuration);
+  EXPECT_NEAR(stableDepthDistance(wide, 0.001, 2.0 * kForceDuration), distance - less, 1e-12);
+  EXPECT_NEAR(stableDepthDistance(wide, 0.00025, kForceDuration), distance - less, 1e-12);
+  EXPECT_EQ(stableDepthDistance({.largestDistance = 0.01}, 0.001, kForceDuration), 0.01);
+  EXPECT_EQ(stableDepthDistance(wide, 1e-8, kForceDuration), 0.0);
+  EXPECT_EQ(stableDepthSoftening(wide, 0.001, kForceDuration), wide.softening);
 }
 
 TEST(DepthFittingForce, isNoStifferThanTheSubstepBears) {
@@ -121,7 +121,7 @@ TEST(DepthFittingForce, addsTheRingByWeightAndBlend) {
   target.points.leftCols(2) << 0.01F, 0.0F, 0.0F, 0.015F, 0.0F, 0.0F;
   target.weights.head(2) << 0.25F, 0.75F;
   target.points(0, 5) = NAN;  // beyond numPoints: not read
-  const DepthFittingForce force(mesh, {target}, kDuration, kLiteral);
+  const DepthFittingForce force(mesh, {target}, kForceDuration, kLiteral);
   Eigen::Matrix4Xf forces = Eigen::Matrix4Xf::Constant(4, mesh.numVertices(), 1.0F);
   force.addTo(forces, restState(mesh), {0, mesh.numVertices()});
   EXPECT_NEAR(forces(0, 0), 1.0 + 0.5 * 0.25 * 0.34 * std::exp(2.4), 1e-5);
@@ -137,7 +137,7 @@ TEST(DepthFittingForce, touchesVerticesOfItsRangeWithATargetOnly) {
             .cast<float>();
     targets.push_back(singlePoint(vertex, there + Vector3f(0.0F, 0.0F, 0.01F)));
   }
-  const DepthFittingForce force(mesh, targets, kDuration);
+  const DepthFittingForce force(mesh, targets, kForceDuration);
   const ClothState state = restState(mesh);
   Eigen::Matrix4Xf whole = Eigen::Matrix4Xf::Zero(4, mesh.numVertices());
   Eigen::Matrix4Xf parts = whole;
@@ -201,7 +201,7 @@ TEST(DepthFittingForce, fitsAFlatPatchInAHundredSubsteps) {
 TEST(DepthFittingForce, refusesWhatItCannotUse) {
   const ClothMesh mesh = clothOf(equilateralSheet(3, 3, 0.02));
   const auto build = [&](const std::vector<DepthTarget>& targets,
-                         double duration = kDuration,
+                         double duration = kForceDuration,
                          const DepthForceOptions& options = {}) {
     return DepthFittingForce(mesh, targets, duration, options);
   };
@@ -224,11 +224,11 @@ TEST(DepthFittingForce, refusesWhatItCannotUse) {
   refuses([](DepthTarget& t) { t.points(2, 0) = INFINITY; });
   EXPECT_THROW(build({good, good}), std::invalid_argument);
   EXPECT_THROW(build({good}, 0.0), std::invalid_argument);
-  EXPECT_THROW(build({good}, kDuration, {.gamma = 0.0}), std::invalid_argument);
-  EXPECT_THROW(build({good}, kDuration, {.eta = -1.0}), std::invalid_argument);
-  EXPECT_THROW(build({good}, kDuration, {.largestDistance = 0.5}), std::invalid_argument);
-  EXPECT_THROW(build({good}, kDuration, {.softening = 0.0}), std::invalid_argument);
-  EXPECT_THROW(build({good}, kDuration, {.gate = NAN}), std::invalid_argument);
+  EXPECT_THROW(build({good}, kForceDuration, {.gamma = 0.0}), std::invalid_argument);
+  EXPECT_THROW(build({good}, kForceDuration, {.eta = -1.0}), std::invalid_argument);
+  EXPECT_THROW(build({good}, kForceDuration, {.largestDistance = 0.5}), std::invalid_argument);
+  EXPECT_THROW(build({good}, kForceDuration, {.softening = 0.0}), std::invalid_argument);
+  EXPECT_THROW(build({good}, kForceDuration, {.gate = NAN}), std::invalid_argument);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ using Eigen::Matrix3Xd;
 using test::clothOf;
 using test::equilateralSheet;
 
-constexpr double kGravity = 9.81;
+constexpr double kFall = 9.81;
 
 /// Cloth of real weight as stiff as wood: an explicit substep of 6 µs.
 constexpr ClothMaterial kStiff = {
@@ -55,7 +55,7 @@ double largestStrain(const ClothMesh& mesh, const ClothState& state) {
 
 /// A sheet hanging from two corners, pushed by gravity at an angle, after `time` [s].
 ClothState hang(const ClothMesh& mesh, double time, double duration, bool implicitly) {
-  const Gravity gravity(mesh, {0.0, -kGravity, 3.0});
+  const Gravity gravity(mesh, {0.0, -kFall, 3.0});
   const std::array<const ExternalForce*, 1> forces = {&gravity};
   ClothState state = restState(mesh);
   ClothStepper explicitStepper(mesh);
@@ -128,7 +128,7 @@ TEST(ImplicitStepper, fallsFreelyWithoutStrain) {
   EXPECT_LT((state.velocities.row(1).array() + 9.81F).abs().maxCoeff(), 1e-3F);
   EXPECT_NEAR(
       (state.positions.row(1) - restState(mesh).positions.row(1)).cast<double>().mean(),
-      -0.5 * kGravity,
+      -0.5 * kFall,
       2e-4);
   EXPECT_LT(largestStrain(mesh, state), 1e-4);  // rounding of 4.9 m on edges of 2 cm
   EXPECT_EQ(state.positions.row(3).norm() + state.velocities.row(3).norm(), 0.0F);
@@ -144,7 +144,7 @@ TEST(ImplicitStepper, dampsLikeTheExplicitOne) {
     for (int i = 0; i < 300; ++i) {
       stepper.step(state, forces);
     }
-    const double expected = kGravity / damping * (1.0 - std::exp(-damping));
+    const double expected = kFall / damping * (1.0 - std::exp(-damping));
     // Second order: (damping dt)²/24, and rounding.
     EXPECT_NEAR(-state.velocities.row(1).cast<double>().mean(), expected, 1e-4 * expected);
   }
@@ -153,7 +153,7 @@ TEST(ImplicitStepper, dampsLikeTheExplicitOne) {
 TEST(ImplicitStepper, holdsStiffLightClothAtAnyStep) {
   const ClothMesh mesh = clothOf(equilateralSheet(12, 12, 0.02), kStiff, {.pins = {132, 143}});
   EXPECT_LT(stability(mesh).largestSubstep, 1e-5);
-  const Gravity gravity(mesh, {0.0, -kGravity, 5.0});
+  const Gravity gravity(mesh, {0.0, -kFall, 5.0});
   const std::array<const ExternalForce*, 1> forces = {&gravity};
   for (const double duration : {1.0 / 30.0, 1.0 / 300.0}) {
     ImplicitStepper stepper(mesh, {.duration = duration, .damping = 0.1});

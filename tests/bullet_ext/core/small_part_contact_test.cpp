@@ -16,9 +16,9 @@ namespace {
 
 using test::TriangleMesh;
 
-constexpr double kSubstep = 1.0 / 3000.0;
+constexpr double kPartSubstep = 1.0 / 3000.0;
 constexpr int kSubsteps = 100;
-constexpr double kFrame = kSubstep * kSubsteps;
+constexpr double kFrame = kPartSubstep * kSubsteps;
 constexpr double kRadius = 0.006;
 const ClothMaterial kLimp = {.torsionStiffness = 0.002, .damping = 5.0};
 
@@ -93,8 +93,8 @@ Touch touch(const ClothMesh& mesh, int frames, const Eigen::Vector3d& path, doub
         ball.vertices.colwise() + frame * path,
         ball.vertices.colwise() + (frame + 1) * path,
         kFrame);
-    contact.beginFrame(run.state, kSubstep, kSubsteps);
-    parts.beginFrame(run.state, kSubstep, kSubsteps);
+    contact.beginFrame(run.state, kPartSubstep, kSubsteps);
+    parts.beginFrame(run.state, kPartSubstep, kSubsteps);
     for (int substep = 0; substep < kSubsteps; ++substep) {
       stepper.step(run.state, forces);
       contact.resolve(run.state, substep);
@@ -130,7 +130,7 @@ TEST(SmallPartContact, doesNothingWithoutSmallParts) {
   surface.setFrame(ball.vertices, ball.vertices, kFrame);
   SmallPartContact parts(mesh, surface, {});
   ClothState state = restState(mesh);
-  parts.beginFrame(state, kSubstep, kSubsteps);
+  parts.beginFrame(state, kPartSubstep, kSubsteps);
   EXPECT_TRUE(parts.vertices().empty());
   EXPECT_EQ(parts.resolve(state, 0), SmallPartCounts{});
 }
@@ -149,7 +149,7 @@ TEST(SmallPartContact, changesMomentumByOneForceAtThePoint) {
   SmallPartContact parts(mesh, surface, {.friction = 0.0});
   ClothState state = restState(mesh);
   state.velocities.row(2).setConstant(-1.0F);
-  parts.beginFrame(state, kSubstep, kSubsteps);
+  parts.beginFrame(state, kPartSubstep, kSubsteps);
   parts.resolve(state, 0);
   // The middle of the middle triangle stops; its corners, a third each, share the impulse.
   EXPECT_NEAR(highest(state.velocities), 0.0F, 0.05F);
@@ -167,11 +167,11 @@ TEST(SmallPartContact, refusesWhatItCannotUse) {
   EXPECT_THROW(SmallPartContact(mesh, surface, {.thickness = -1.0}), std::invalid_argument);
   SmallPartContact parts(mesh, surface, {});
   ClothState state = restState(mesh);
-  EXPECT_THROW(parts.beginFrame(state, kSubstep, kSubsteps), std::invalid_argument);
+  EXPECT_THROW(parts.beginFrame(state, kPartSubstep, kSubsteps), std::invalid_argument);
   surface.setFrame(ball.vertices, ball.vertices, kFrame);
-  EXPECT_THROW(parts.beginFrame(state, kSubstep, 99), std::invalid_argument);
+  EXPECT_THROW(parts.beginFrame(state, kPartSubstep, 99), std::invalid_argument);
   state.positions(0, 0) = std::nanf("");
-  EXPECT_THROW(parts.beginFrame(state, kSubstep, kSubsteps), std::invalid_argument);
+  EXPECT_THROW(parts.beginFrame(state, kPartSubstep, kSubsteps), std::invalid_argument);
 }
 
 }  // namespace

@@ -7,13 +7,14 @@
 namespace simulcap {
 namespace {
 
-const avatar::Camera kCamera = {.width = 4, .height = 3, .fx = 10, .fy = 10, .cx = 1.5, .cy = 1.0};
+const avatar::Camera kTinyCamera = {
+    .width = 4, .height = 3, .fx = 10, .fy = 10, .cx = 1.5, .cy = 1.0};
 
 /// A wall of the person 2 m in front of the camera, one pixel not measured.
 DepthCloud wall() {
   DepthCloud cloud;
-  cloud.width = kCamera.width;
-  cloud.height = kCamera.height;
+  cloud.width = kTinyCamera.width;
+  cloud.height = kTinyCamera.height;
   cloud.depth.assign(12, 2.0F);
   cloud.person.assign(12, 1);
   cloud.person[cloud.index(3, 2)] = 0;
@@ -23,12 +24,12 @@ DepthCloud wall() {
   for (int y = 0; y < 3; ++y)
     for (int x = 0; x < 4; ++x)
       cloud.points.col(static_cast<Eigen::Index>(cloud.index(x, y))) =
-          avatar::unproject(kCamera, {double(x), double(y), 2.0}).cast<float>();
+          avatar::unproject(kTinyCamera, {double(x), double(y), 2.0}).cast<float>();
   return cloud;
 }
 
 Eigen::Vector3d at(double u, double v, double z) {
-  return avatar::unproject(kCamera, {u, v, z});
+  return avatar::unproject(kTinyCamera, {u, v, z});
 }
 
 TEST(DepthErrors, AreDistancesToTheDepthSurface) {
@@ -36,7 +37,7 @@ TEST(DepthErrors, AreDistancesToTheDepthSurface) {
   vertices << at(1.2, 1.1, 1.99), at(0, 0, 2.03), at(2, 2, 1.5), at(3, 2, 2.0), at(9, 1, 2.0);
   const std::vector<std::uint8_t> visible = {1, 1, 0, 1, 1};
   DepthErrors errors;
-  addDepthErrors(vertices, visible, kCamera, wall(), errors);
+  addDepthErrors(vertices, visible, kTinyCamera, wall(), errors);
   // 10 mm in front of the wall wherever in the pixel, and 30 mm behind it; the third is hidden.
   EXPECT_EQ(errors.millimetres.totalWeight(), 2.0);
   EXPECT_NEAR(errors.millimetres.mean(), 20.0, 1e-4);  // float points
@@ -49,12 +50,13 @@ TEST(DepthErrors, WithoutANormalThePointCounts) {
   cloud.normals.setZero();
   DepthErrors errors;
   const std::vector<std::uint8_t> visible = {1};
-  addDepthErrors(at(1, 1, 2.0) + Eigen::Vector3d(0.03, 0.0, 0.04), visible, kCamera, cloud, errors);
+  addDepthErrors(
+      at(1, 1, 2.0) + Eigen::Vector3d(0.03, 0.0, 0.04), visible, kTinyCamera, cloud, errors);
   EXPECT_NEAR(errors.millimetres.mean(), 50.0, 1e-4);
 }
 
 TEST(DepthErrors, TheCameraMayStandAnywhere) {
-  avatar::Camera moved = kCamera;
+  avatar::Camera moved = kTinyCamera;
   moved.cameraFromWorld.translate(Eigen::Vector3d(5.0, -3.0, 2.0));
   DepthErrors errors;
   const std::vector<std::uint8_t> visible = {1};
@@ -66,7 +68,8 @@ TEST(DepthErrors, TheCameraMayStandAnywhere) {
 TEST(DepthErrors, RefusesWhatDoesNotFit) {
   DepthErrors errors;
   const std::vector<std::uint8_t> none;
-  EXPECT_THROW(addDepthErrors(at(1, 1, 2), none, kCamera, wall(), errors), std::invalid_argument);
+  EXPECT_THROW(
+      addDepthErrors(at(1, 1, 2), none, kTinyCamera, wall(), errors), std::invalid_argument);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ const PerformanceLayout kLayout = {
     .betas = Eigen::Vector2d(0.5, -1.0),
     .garments = {{"upper", 3, Eigen::Vector3i(0, 1, 2)}}};
 
-PerformanceFrame frameAt(int recordingIndex) {
+PerformanceFrame recordedFrame(int recordingIndex) {
   PerformanceFrame frame;
   frame.recordingIndex = recordingIndex;
   frame.pose.translation.x() = recordingIndex;
@@ -26,7 +26,7 @@ TEST(PerformanceReader, GivesWhatWasWrittenFrameByFrame) {
   const avatar::test::TemporaryFolder folder;
   PerformanceWriter writer(folder.path("p.npz"), kLayout);
   for (const int index : {0, 1, 5})
-    writer.append(frameAt(index));
+    writer.append(recordedFrame(index));
   writer.finish();
 
   PerformanceReader reader(folder.path("p.npz"));
@@ -39,7 +39,7 @@ TEST(PerformanceReader, GivesWhatWasWrittenFrameByFrame) {
   for (const int index : {0, 1, 5}) {
     const auto frame = reader.next();
     ASSERT_TRUE(frame);
-    const PerformanceFrame expected = frameAt(index);
+    const PerformanceFrame expected = recordedFrame(index);
     EXPECT_EQ(frame->recordingIndex, index);
     EXPECT_EQ(frame->pose.translation, expected.pose.translation);
     EXPECT_EQ(frame->pose.jointRotations, expected.pose.jointRotations);
@@ -54,8 +54,8 @@ std::string problemWith(const std::string& key, const avatar::NpyArray& array) {
   const avatar::test::TemporaryFolder folder;
   const std::string path = folder.path("p.npz");
   PerformanceWriter writer(path, kLayout);
-  writer.append(frameAt(0));
-  writer.append(frameAt(1));
+  writer.append(recordedFrame(0));
+  writer.append(recordedFrame(1));
   writer.finish();
   avatar::NpzArrays arrays = avatar::readNpz(path);
   arrays[key] = array;

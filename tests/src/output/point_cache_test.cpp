@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string bytesOf(const std::string& path) {
+std::string cacheBytes(const std::string& path) {
   std::ostringstream text;
   text << std::ifstream(path, std::ios::binary).rdbuf();
   return text.str();
@@ -28,7 +28,7 @@ Number numberAt(const std::string& bytes, std::size_t offset) {
   return number;
 }
 
-Eigen::Matrix3Xf frameAt(int index) {
+Eigen::Matrix3Xf pointsAt(int index) {
   Eigen::Matrix3Xf vertices(3, 2);
   vertices << 1, 4, 2, 5, 3, 6;
   return vertices.array() + 10.0F * static_cast<float>(index);
@@ -39,9 +39,9 @@ class PointCache : public ::testing::Test {
   std::string write(int numFrames) const {
     Pc2Writer writer(path_, 2, {.startFrame = 5.0F, .sampleRate = 2.0F});
     for (int i = 0; i < numFrames; ++i)
-      writer.append(frameAt(i));
+      writer.append(pointsAt(i));
     writer.finish();
-    return bytesOf(path_);
+    return cacheBytes(path_);
   }
 
   int filesInFolder() const {
@@ -76,29 +76,29 @@ TEST_F(PointCache, ReadsBackWhatWasWritten) {
   EXPECT_EQ(reader.timing().startFrame, 5.0F);
   EXPECT_EQ(reader.timing().sampleRate, 2.0F);
   for (const int index : {3, 0, 2})
-    EXPECT_EQ(reader.frame(index), frameAt(index));
+    EXPECT_EQ(reader.frame(index), pointsAt(index));
   EXPECT_THROW(reader.frame(4), std::out_of_range);
   EXPECT_THROW(reader.frame(-1), std::out_of_range);
 }
 
 TEST_F(PointCache, AppearsAtFinishAndReplacesAnOlderOne) {
   write(1);
-  const std::string old = bytesOf(path_);
+  const std::string old = cacheBytes(path_);
   Pc2Writer writer(path_, 2);
-  writer.append(frameAt(0));
-  writer.append(frameAt(1));
-  EXPECT_EQ(bytesOf(path_), old);
+  writer.append(pointsAt(0));
+  writer.append(pointsAt(1));
+  EXPECT_EQ(cacheBytes(path_), old);
   writer.finish();
   EXPECT_EQ(Pc2Reader(path_).numFrames(), 2);
   EXPECT_EQ(filesInFolder(), 1);
-  EXPECT_THROW(writer.append(frameAt(2)), std::invalid_argument);
+  EXPECT_THROW(writer.append(pointsAt(2)), std::invalid_argument);
   EXPECT_THROW(writer.finish(), std::invalid_argument);
 }
 
 TEST_F(PointCache, LeavesNothingBehindWhenNotFinished) {
   {
     Pc2Writer writer(path_, 2);
-    writer.append(frameAt(0));
+    writer.append(pointsAt(0));
     EXPECT_EQ(filesInFolder(), 1);
   }
   EXPECT_EQ(filesInFolder(), 0);
@@ -107,7 +107,7 @@ TEST_F(PointCache, LeavesNothingBehindWhenNotFinished) {
 TEST_F(PointCache, RefusesFramesThatAreNone) {
   Pc2Writer writer(path_, 2);
   EXPECT_THROW(writer.append(Eigen::Matrix3Xf::Zero(3, 3)), std::invalid_argument);
-  Eigen::Matrix3Xf broken = frameAt(0);
+  Eigen::Matrix3Xf broken = pointsAt(0);
   broken(1, 1) = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(writer.append(broken), std::invalid_argument);
   EXPECT_EQ(writer.numFrames(), 0);
