@@ -56,6 +56,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addMeasure(program, chosen);
   addDress(program, chosen);
   addRetarget(program, chosen);
+  addExport(program, chosen);
   addFitBody(program, chosen);
   addFitPrior(program, chosen);
   for (CLI::App* verb : program.get_subcommands({})) {

@@ -31,6 +31,7 @@ void addCompare(CLI::App& program, ChosenCommand& chosen);
 void addDemo(CLI::App& program, ChosenCommand& chosen);
 void addDress(CLI::App& program, ChosenCommand& chosen);
 void addEvaluate(CLI::App& program, ChosenCommand& chosen);
+void addExport(CLI::App& program, ChosenCommand& chosen);
 void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);

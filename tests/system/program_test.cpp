@@ -25,6 +25,7 @@ TEST(Program, HelpExplainsEveryVerb) {
         "demo",
         "dress",
         "evaluate",
+        "export",
         "render",
         "fit-prior",
         "fit-body",

@@ -1,0 +1,112 @@
+#include "src/exporting/engine_hints.h"
+
+#include "avatar/geometry/adjacency.h"
+
+#include <cmath>
+#include <numeric>
+
+namespace simulcap {
+namespace {
+
+constexpr double kEngineStep = 1.0 / 60.0;  // [s]
+constexpr int kSolverIterations = 10;       // of Godot's and Unity's solvers
+
+/// What a garment amounts to as one fabric.
+struct Fabric {
+  double mass = 0.0;        ///< [kg] of all
+  double vertexMass = 0.0;  ///< [kg] mean
+  double edgeLength = 0.0;  ///< [m] mean
+  double spring = 0.0;      ///< [N/m]: k acts on half the length difference
+  double torsion = 0.0;     ///< [N·m/rad]
+};
+
+double area(const avatar::TriangleMesh& mesh) {
+  double sum = 0.0;
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
+    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f));
+    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f));
+    sum += 0.5 * (b - a).cross(c - a).norm();
+  }
+  return sum;
+}
+
+double mean(const std::vector<double>& values, double otherwise) {
+  return values.empty() ? otherwise
+                        : std::accumulate(values.begin(), values.end(), 0.0) /
+                              static_cast<double>(values.size());
+}
+
+double totalMass(const avatar::Garment& garment) {
+  const avatar::ClothParameters& cloth = garment.cloth;
+  const auto count = static_cast<double>(garment.mesh.numVertices());
+  if (!cloth.vertexMasses.empty())
+    return std::accumulate(cloth.vertexMasses.begin(), cloth.vertexMasses.end(), 0.0);
+  return cloth.massMode == avatar::MassMode::kAreal ? cloth.arealDensity * area(garment.mesh)
+                                                    : cloth.vertexMass * count;
+}
+
+Fabric fabricOf(const avatar::Garment& garment) {
+  const avatar::Adjacency adjacency = avatar::buildAdjacency(garment.mesh.faces, garment.mesh.numVertices());
+  double length = 0.0;
+  for (Eigen::Index e = 0; e < adjacency.edges.cols(); ++e)
+    length += (garment.mesh.vertices.col(adjacency.edges(0, e)) -
+               garment.mesh.vertices.col(adjacency.edges(1, e)))
+                  .norm();
+  const avatar::ClothParameters& cloth = garment.cloth;
+  Fabric fabric;
+  fabric.mass = totalMass(garment);
+  fabric.vertexMass = fabric.mass / static_cast<double>(garment.mesh.numVertices());
+  fabric.edgeLength = length / static_cast<double>(adjacency.edges.cols());
+  fabric.spring = 0.5 * mean(cloth.edgeStretchStiffness, cloth.stretchStiffness);
+  fabric.torsion = mean(cloth.edgeTorsionStiffness, cloth.torsionStiffness);
+  return fabric;
+}
+
+/// Position-based solvers take away a share s of a constraint's error per iteration. An implicit
+/// Euler step of a spring K between two masses m leaves 1 / (1 + c) of it, c = 2 K dt² / m; n
+/// iterations leave (1 − s)^n, hence s = 1 − (1 + c)^(−1/n).
+double shareOfError(double stiffness, double mass) {
+  const double c = 2.0 * stiffness * kEngineStep * kEngineStep / mass;
+  return 1.0 - std::pow(1.0 + c, -1.0 / kSolverIterations);
+}
+
+}  // namespace
+
+EngineHints engineHints(const avatar::Garment& garment) {
+  const Fabric fabric = fabricOf(garment);
+  const double stretch = shareOfError(fabric.spring, fabric.vertexMass);
+  // A torque w φ on an edge of length e moves its wings, √3/2 e away, as a spring w / (3/4 e²).
+  const double bending = shareOfError(
+      fabric.torsion / (0.75 * fabric.edgeLength * fabric.edgeLength), fabric.vertexMass);
+  const avatar::ClothParameters& cloth = garment.cloth;
+  const double damping = cloth.dampingMode == avatar::DampingMode::kPerSecond ? cloth.damping : 0.0;
+  // Blender's cloth divides the tension by the mean length of springs, and multiplies the bending
+  // by 0.1 of the edge's (SIM_mass_spring.cpp).
+  return {
+      {"godot3",
+       {{"total_mass", fabric.mass},
+        {"linear_stiffness", stretch},
+        {"area_angular_stiffness", bending},
+        {"damping_coefficient", std::min(1.0, damping * kEngineStep)},
+        {"simulation_precision", kSolverIterations}}},
+      {"unity",
+       {{"stretchingStiffness", stretch},
+        {"bendingStiffness", bending},
+        {"damping", std::min(1.0, damping * kEngineStep)},
+        {"friction", std::min(1.0, cloth.friction)}}},
+      {"blender",
+       {{"mass", fabric.vertexMass},
+        {"tension_stiffness", fabric.spring * fabric.edgeLength},
+        {"bending_stiffness", fabric.torsion / (0.1 * fabric.edgeLength)},
+        {"distance_min", cloth.thickness}}}};
+}
+
+avatar::Garment withEngineHints(avatar::Garment garment) {
+  EngineHints suggested = engineHints(garment);
+  for (auto& [engine, values] : suggested)
+    garment.hints[engine].merge(values);
+  return garment;
+}
+
+}  // namespace simulcap

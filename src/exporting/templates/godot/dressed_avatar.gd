@@ -1,0 +1,135 @@
+extends Spatial
+# Plays the avatar's clip and simulates its clothes: every garment a SoftBody whose pins follow the
+# bones, the body a set of capsules. Godot 3 drops glTF's extras, so they come from parameters.json.
+
+export(PackedScene) var avatar
+
+var skeleton
+var player
+var rest = {}       # bone -> its global transform at rest
+var capsules = []   # [KinematicBody, bone, transform at rest]
+var followers = {}  # bone -> Spatial that moves with it
+var garments = []   # SoftBody
+
+func _ready():
+	var parameters = read_json("res://parameters.json")
+	var scene = avatar.instance()
+	add_child(scene)
+	skeleton = find_of_class(scene, "Skeleton")
+	player = find_of_class(scene, "AnimationPlayer")
+	if player != null and player.get_animation_list().size() > 0:
+		player.get_animation(player.get_animation_list()[0]).loop = true
+		player.play(player.get_animation_list()[0])
+		player.seek(0.0, true)
+	for capsule in parameters.body.capsules:
+		add_capsule(capsule)
+	for name in parameters.garments:
+		add_garment(scene.find_node(name, true, false), parameters.garments[name])
+	follow()
+
+func _physics_process(_delta):
+	follow()
+
+func follow():
+	for c in capsules:
+		c[0].global_transform = moved(c[1]) * c[2]
+	for bone in followers:
+		followers[bone].global_transform = moved(bone)
+
+# From where a point of a bone is at rest to where it is now.
+func moved(bone):
+	return skeleton.global_transform * skeleton.get_bone_global_pose(bone) * rest_of(bone).affine_inverse()
+
+func rest_of(bone):
+	if not rest.has(bone):
+		var parent = skeleton.get_bone_parent(bone)
+		var own = skeleton.get_bone_rest(bone)
+		rest[bone] = own if parent < 0 else rest_of(parent) * own
+	return rest[bone]
+
+func add_capsule(capsule):
+	var bone = skeleton.find_bone(capsule.joint)
+	var a = vector(capsule.p0)
+	var b = vector(capsule.p1)
+	var shape = CapsuleShape.new()
+	shape.radius = capsule.radius
+	shape.height = max((b - a).length(), 0.001)
+	var collision = CollisionShape.new()
+	collision.shape = shape
+	var body = KinematicBody.new()
+	body.add_child(collision)
+	add_child(body)
+	var z = (b - a).normalized() if a.distance_to(b) > 1e-6 else Vector3(0, 0, 1)
+	var x = z.cross(Vector3(0, 0, 1) if abs(z.z) < 0.9 else Vector3(1, 0, 0)).normalized()
+	# Capsules are given in the joint's own frame, whose axes are those of the world at rest.
+	var at_rest = Transform(Basis(x, z.cross(x), z), rest_of(bone).origin + (a + b) * 0.5)
+	capsules.append([body, bone, at_rest])
+
+func add_garment(skinned, parameters):
+	var arrays = skinned.mesh.surface_get_arrays(0)
+	var plain = []
+	plain.resize(Mesh.ARRAY_MAX)
+	plain[Mesh.ARRAY_VERTEX] = arrays[Mesh.ARRAY_VERTEX]
+	plain[Mesh.ARRAY_NORMAL] = arrays[Mesh.ARRAY_NORMAL]
+	plain[Mesh.ARRAY_INDEX] = arrays[Mesh.ARRAY_INDEX]
+	var mesh = ArrayMesh.new()
+	mesh.add_surface_from_arrays(Mesh.PRIMITIVE_TRIANGLES, plain)
+	mesh.surface_set_material(0, skinned.mesh.surface_get_material(0))
+	var hints = parameters.hints.godot3
+	var cloth = SoftBody.new()
+	cloth.name = skinned.name + "_cloth"
+	cloth.mesh = mesh
+	cloth.simulation_precision = int(hints.simulation_precision)
+	cloth.total_mass = hints.total_mass
+	cloth.linear_stiffness = hints.linear_stiffness
+	cloth.areaAngular_stiffness = hints.area_angular_stiffness
+	cloth.damping_coefficient = hints.damping_coefficient
+	cloth.pressure_coefficient = 0
+	var pins = PoolIntArray()
+	for pin in parameters.pins:
+		pins.append(int(pin))
+	cloth.set("pinned_points", pins)
+	for k in range(pins.size()):
+		var bone = strongest_bone(arrays, pins[k])
+		cloth.set("attachments/%d/spatial_attachment_path" % k, NodePath("../" + follower(bone).name))
+		# Without its offset a pinned vertex jumps to the node's origin.
+		cloth.set("attachments/%d/offset" % k, arrays[Mesh.ARRAY_VERTEX][pins[k]])
+	skinned.visible = false
+	add_child(cloth)
+	garments.append(cloth)
+
+func strongest_bone(arrays, vertex):
+	var best = 0
+	for k in range(1, 4):
+		if arrays[Mesh.ARRAY_WEIGHTS][vertex * 4 + k] > arrays[Mesh.ARRAY_WEIGHTS][vertex * 4 + best]:
+			best = k
+	return int(arrays[Mesh.ARRAY_BONES][vertex * 4 + best])
+
+func follower(bone):
+	if not followers.has(bone):
+		var node = Spatial.new()
+		node.name = "bone_%d" % bone
+		add_child(node)
+		followers[bone] = node
+	return followers[bone]
+
+func find_of_class(node, kind):
+	if node.is_class(kind):
+		return node
+	for child in node.get_children():
+		var found = find_of_class(child, kind)
+		if found != null:
+			return found
+	return null
+
+func vector(numbers):
+	return Vector3(numbers[0], numbers[1], numbers[2])
+
+func read_json(path):
+	var file = File.new()
+	if file.open(path, File.READ) != OK:
+		push_error("cannot read " + path)
+		return {}
+	var text = file.get_as_text()
+	file.close()
+	return JSON.parse(text).result

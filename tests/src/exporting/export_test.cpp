@@ -1,0 +1,236 @@
+#include "avatar/avatar_pose.h"
+#include "avatar/io/avatar_file.h"
+#include "avatar/io/file_error.h"
+#include "avatar/io/mesh_file.h"
+#include "avatar/motion_clips.h"
+#include "bullet_ext/bullet_file.h"
+#include "src/exporting/engine_hints.h"
+#include "src/exporting/export_formats.h"
+#include "src/output/performance_file.h"
+#include "src/output/point_cache.h"
+#include "tests/support/capsule_figure.h"
+#include "tests/support/sample_avatar.h"
+#include "tests/support/temporary_folder.h"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+namespace simulcap {
+namespace {
+
+using avatar::Garment;
+using avatar::LayeredAvatar;
+using avatar::test::TemporaryFolder;
+
+const LayeredAvatar& person() {
+  static const LayeredAvatar kAvatar =
+      avatar::test::dressedAvatar(avatar::test::capsuleFigure(), {});
+  return kAvatar;
+}
+
+std::string textOf(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+constexpr int kFrames = 4;
+
+/// Garments that follow the body, moved by a frame's number of millimetres.
+Eigen::Matrix3Xf clothAt(const Garment& garment, const avatar::BodyPose& pose, int frame) {
+  return (avatar::posedVertices(garment, person().body, pose).array() + 0.001 * frame)
+      .cast<float>();
+}
+
+avatar::Motion walk() {
+  avatar::Motion motion = avatar::makeClip("walk", {.framesPerSecond = 20.0});
+  motion.frames.resize(kFrames);
+  return motion;
+}
+
+void writeRun(const TemporaryFolder& folder) {
+  avatar::writeAvatar(folder.path("avatar.glb"), person());
+  PerformanceLayout layout;
+  layout.framesPerSecond = 20.0;
+  for (const Garment& garment : person().garments)
+    layout.garments.push_back(
+        {garment.name, static_cast<int>(garment.mesh.numVertices()), garment.mesh.faces});
+  PerformanceWriter writer(folder.path("performance.npz"), layout);
+  const avatar::Motion motion = walk();
+  for (int f = 0; f < kFrames; ++f) {
+    PerformanceFrame frame;
+    frame.pose = motion.frames[static_cast<std::size_t>(f)];
+    for (const Garment& garment : person().garments)
+      frame.garments.push_back(
+          {clothAt(garment, frame.pose, f),
+           std::vector<std::uint8_t>(static_cast<std::size_t>(garment.mesh.numVertices()), 0)});
+    writer.append(frame);
+  }
+  writer.finish();
+}
+
+ExportSource alone() {
+  return {.avatar = person(), .performance = std::nullopt};
+}
+
+TEST(Export, EveryFormatWritesTheFilesItNames) {
+  const TemporaryFolder run;
+  writeRun(run);
+  const ExportSource source = openExportSource(run.path());
+  ASSERT_TRUE(source.performance);
+  for (const ExportFormat& format : exportFormats()) {
+    const TemporaryFolder folder;
+    const auto files =
+        format.write(source, exportPlace(folder.path(), std::string(format.extension)));
+    ASSERT_FALSE(files.empty()) << format.name;
+    for (const std::string& file : files)
+      EXPECT_GT(std::filesystem::file_size(file), 10U) << file;
+  }
+}
+
+TEST(Export, AnExportedAvatarIsTheAvatarAndExportsToTheSameBytes) {
+  const TemporaryFolder folder;
+  exportGlb(alone(), exportPlace(folder.path("a.glb"), ".glb"));
+  const ExportSource again = openExportSource(folder.path("a.glb"));
+  exportGlb(again, exportPlace(folder.path("b.glb"), ".glb"));
+  EXPECT_EQ(textOf(folder.path("a.glb")), textOf(folder.path("b.glb")));
+  for (std::size_t g = 0; g < person().garments.size(); ++g) {
+    const Garment& garment = again.avatar.garments[g];
+    const Garment& original = person().garments[g];
+    EXPECT_EQ(garment.mesh.vertices, original.mesh.vertices);
+    EXPECT_EQ(garment.mesh.faces, original.mesh.faces);
+    EXPECT_EQ(garment.cloth, original.cloth);
+    EXPECT_EQ(garment.pins, original.pins);
+    for (const auto& [engine, values] : original.hints)
+      for (const auto& [key, value] : values)
+        EXPECT_EQ(garment.hints.at(engine).at(key), value);  // what it had stays
+    EXPECT_TRUE(garment.hints.contains("godot3"));
+  }
+}
+
+TEST(Export, PointCachesHoldThePerformance) {
+  const TemporaryFolder run;
+  writeRun(run);
+  const TemporaryFolder folder;
+  exportPc2(openExportSource(run.path()), exportPlace(folder.path(), ""));
+  const avatar::Motion motion = walk();
+  for (const Garment& garment : person().garments) {
+    Pc2Reader cache(folder.path(garment.name + ".pc2"));
+    ASSERT_EQ(cache.numFrames(), kFrames);
+    for (int f = 0; f < kFrames; ++f)
+      EXPECT_EQ(cache.frame(f), clothAt(garment, motion.frames[static_cast<std::size_t>(f)], f));
+  }
+  Pc2Reader body(folder.path("body.pc2"));
+  EXPECT_EQ(
+      body.frame(2), avatar::posedVertices(person().body, motion.frames[2]).cast<float>().eval());
+  EXPECT_EQ(nlohmann::json::parse(textOf(folder.path("manifest.json")))["frames"], kFrames);
+}
+
+TEST(Export, ObjHasBodyAndGarmentsInTheirOrder) {
+  const TemporaryFolder folder;
+  exportObj(alone(), exportPlace(folder.path("person.obj"), ".obj"));
+  const avatar::MeshFile read =
+      avatar::readMesh(folder.path("person.obj"), {.requireSurface = false});
+  Eigen::Index vertices = person().body.mesh.numVertices();
+  for (const Garment& garment : person().garments)
+    vertices += garment.mesh.numVertices();
+  ASSERT_EQ(static_cast<Eigen::Index>(read.vertexOfFile.size()), vertices);
+  // The last garment's last vertex is written with nine digits.
+  const Garment& last = person().garments.back();
+  const Eigen::Vector3d expected =
+      avatar::posedVertices(last, person().body, person().garments.front().bindPose).rightCols<1>();
+  EXPECT_LT((read.mesh.vertices.rightCols<1>() - expected).norm(), 1e-8);
+}
+
+TEST(Export, BulletFileHasTheGarmentsAsTheirParametersSay) {
+  const TemporaryFolder folder;
+  exportBullet(alone(), exportPlace(folder.path("person.bullet"), ".bullet"));
+  const auto cloths = bullet_ext::readBulletFile(folder.path("person.bullet"));
+  ASSERT_EQ(cloths.size(), person().garments.size());
+  for (std::size_t g = 0; g < cloths.size(); ++g) {
+    const Garment& garment = person().garments[g];
+    EXPECT_EQ(cloths[g].name, garment.name);
+    EXPECT_EQ(cloths[g].mesh.restPositions, garment.mesh.vertices);
+    EXPECT_EQ(cloths[g].mesh.pins, garment.pins);
+    EXPECT_EQ(cloths[g].mesh.material.stretchStiffness, garment.cloth.stretchStiffness);
+  }
+  const auto sidecar = nlohmann::json::parse(textOf(folder.path("person.json")));
+  EXPECT_EQ(sidecar["garments"]["shirt"]["friction"], 0.42);
+}
+
+Eigen::Vector3d vectorIn(const std::string& text) {
+  std::istringstream stream(text);
+  Eigen::Vector3d v;
+  stream >> v.x() >> v.y() >> v.z();
+  return v;
+}
+
+TEST(Export, UrdfPutsTheCapsulesWhereTheAvatarHasThem) {
+  const TemporaryFolder folder;
+  exportBullet(alone(), exportPlace(folder.path("person.bullet"), ".bullet"));
+  const std::string urdf = textOf(folder.path("person.urdf"));
+  const std::regex pattern(
+      "<collision>\\s*<origin xyz=\"([^\"]*)\" rpy=\"([^\"]*)\"/>\\s*<geometry><capsule "
+      "radius=\"([^\"]*)\" length=\"([^\"]*)\"/>");
+  std::vector<avatar::BodyCapsule> expected = person().body.capsules;
+  std::stable_sort(expected.begin(), expected.end(), [](const auto& a, const auto& b) {
+    return a.joint < b.joint;
+  });
+  std::size_t found = 0;
+  for (std::sregex_iterator it(urdf.begin(), urdf.end(), pattern), end; it != end; ++it, ++found) {
+    ASSERT_LT(found, expected.size());
+    const Eigen::Vector3d rpy = vectorIn((*it)[2]);
+    const Eigen::Vector3d along = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+                                   Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+                                   Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX())) *
+                                  Eigen::Vector3d(0.0, 0.0, 0.5 * std::stod((*it)[4]));
+    // Nine digits of numbers around 1.
+    EXPECT_LT((vectorIn((*it)[1]) + along - expected[found].end).norm(), 1e-7);
+    EXPECT_LT((vectorIn((*it)[1]) - along - expected[found].start).norm(), 1e-7);
+    EXPECT_NEAR(std::stod((*it)[3]), expected[found].radius, 1e-8);
+  }
+  EXPECT_EQ(found, expected.size());
+}
+
+TEST(EngineHints, LeaveOfAStretchWhatAnImplicitStepLeaves) {
+  Garment garment = person().garments.front();
+  garment.hints.clear();
+  garment.cloth = {.stretchStiffness = 800.0, .vertexMass = 0.001};
+  const EngineHints hints = engineHints(garment);
+  // c = 2 · 400 N/m / (60 1/s)² / 1 g = 222.2; ten iterations leave 1 / 223.2 of the error.
+  EXPECT_NEAR(
+      std::pow(1.0 - hints.at("godot3").at("linear_stiffness"), 10),
+      1.0 / (1.0 + 2000.0 / 9.0),
+      1e-12);
+  EXPECT_NEAR(
+      hints.at("godot3").at("total_mass"),
+      0.001 * static_cast<double>(garment.mesh.numVertices()),
+      1e-12);
+}
+
+std::string problemOf(const std::string& path) {
+  try {
+    openExportSource(path);
+  } catch (const avatar::FileError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Export, RefusesAFolderWithoutAvatarAndAPerformanceOfOthers) {
+  const TemporaryFolder run;
+  EXPECT_NE(problemOf(run.path()).find("avatar.glb"), std::string::npos);
+  writeRun(run);
+  LayeredAvatar other = person();
+  other.garments.front().name = "coat";
+  avatar::writeAvatar(run.path("avatar.glb"), other);
+  EXPECT_NE(problemOf(run.path()).find("garment_coat"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace simulcap
