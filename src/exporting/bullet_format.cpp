@@ -1,5 +1,6 @@
 #include "avatar/avatar_body.h"
 #include "avatar/avatar_pose.h"
+#include "avatar/geometry/measures.h"
 #include "avatar/io/atomic_file.h"
 #include "avatar/io/avatar_extras.h"
 #include "avatar/io/mesh_file.h"
@@ -67,7 +68,15 @@ Eigen::Vector3d anglesOf(const Eigen::Vector3d& direction) {
       flat > 0.0 ? std::atan2(direction.y(), direction.x()) : 0.0};
 }
 
-std::string linkOf(const AvatarBody& body, int joint, const std::string& name) {
+/// Density at which the capsules, which overlap, weigh together what the body does [kg/m³].
+double capsuleDensity(const AvatarBody& body) {
+  double sum = 0.0;
+  for (const BodyCapsule& capsule : body.capsules)
+    sum += volume(capsule);
+  return sum > 0.0 ? kFleshDensity * avatar::signedVolume(body.mesh) / sum : 0.0;
+}
+
+std::string linkOf(const AvatarBody& body, int joint, const std::string& name, double density) {
   std::string collisions;
   double mass = 0.0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -76,8 +85,8 @@ std::string linkOf(const AvatarBody& body, int joint, const std::string& name) {
       continue;
     const Eigen::Vector3d middle = 0.5 * (capsule.start + capsule.end);
     const Eigen::Vector3d along = capsule.end - capsule.start;
-    mass += kFleshDensity * volume(capsule);
-    moment += kFleshDensity * volume(capsule) * middle;
+    mass += density * volume(capsule);
+    moment += density * volume(capsule) * middle;
     collisions += "    <collision>\n      <origin xyz=\"" + triple(middle) + "\" rpy=\"" +
                   triple(anglesOf(along)) + "\"/>\n      <geometry><capsule radius=\"" +
                   number(capsule.radius) + "\" length=\"" + number(along.norm()) +
@@ -100,8 +109,9 @@ std::string urdfOf(const AvatarBody& body) {
   std::string text =
       "<?xml version=\"1.0\"?>\n<!-- T-pose, metres, Y up, facing +Z -->\n"
       "<robot name=\"body\">\n";
+  const double density = capsuleDensity(body);
   for (std::size_t j = 0; j < names.size(); ++j)
-    text += linkOf(body, static_cast<int>(j), names[j]);
+    text += linkOf(body, static_cast<int>(j), names[j], density);
   for (std::size_t j = 1; j < names.size(); ++j) {
     const auto parent = static_cast<std::size_t>(body.parents[j]);
     const Eigen::Vector3d offset = body.joints.col(static_cast<Eigen::Index>(j)) -

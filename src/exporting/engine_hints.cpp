@@ -9,7 +9,7 @@ namespace simulcap {
 namespace {
 
 constexpr double kEngineStep = 1.0 / 60.0;  // [s]
-constexpr int kSolverIterations = 10;       // of Godot's and Unity's solvers
+constexpr int kSolverIterations = 20;       // of Godot's and Unity's solvers
 
 /// What a garment amounts to as one fabric.
 struct Fabric {
@@ -47,7 +47,8 @@ double totalMass(const avatar::Garment& garment) {
 }
 
 Fabric fabricOf(const avatar::Garment& garment) {
-  const avatar::Adjacency adjacency = avatar::buildAdjacency(garment.mesh.faces, garment.mesh.numVertices());
+  const avatar::Adjacency adjacency =
+      avatar::buildAdjacency(garment.mesh.faces, garment.mesh.numVertices());
   double length = 0.0;
   for (Eigen::Index e = 0; e < adjacency.edges.cols(); ++e)
     length += (garment.mesh.vertices.col(adjacency.edges(0, e)) -

@@ -30,6 +30,14 @@ func _ready():
 func _physics_process(_delta):
 	follow()
 
+# The importer writes spine1 as spine_1.
+func bone_named(name):
+	for bone in range(skeleton.get_bone_count()):
+		if skeleton.get_bone_name(bone).replace("_", "") == name.replace("_", ""):
+			return bone
+	push_error("no bone " + name)
+	return 0
+
 func follow():
 	for c in capsules:
 		c[0].global_transform = moved(c[1]) * c[2]
@@ -48,7 +56,7 @@ func rest_of(bone):
 	return rest[bone]
 
 func add_capsule(capsule):
-	var bone = skeleton.find_bone(capsule.joint)
+	var bone = bone_named(capsule.joint)
 	var a = vector(capsule.p0)
 	var b = vector(capsule.p1)
 	var shape = CapsuleShape.new()
@@ -69,7 +77,7 @@ func add_garment(skinned, parameters):
 	var arrays = skinned.mesh.surface_get_arrays(0)
 	var plain = []
 	plain.resize(Mesh.ARRAY_MAX)
-	plain[Mesh.ARRAY_VERTEX] = arrays[Mesh.ARRAY_VERTEX]
+	plain[Mesh.ARRAY_VERTEX] = skinned_vertices(skinned, arrays)
 	plain[Mesh.ARRAY_NORMAL] = arrays[Mesh.ARRAY_NORMAL]
 	plain[Mesh.ARRAY_INDEX] = arrays[Mesh.ARRAY_INDEX]
 	var mesh = ArrayMesh.new()
@@ -86,19 +94,56 @@ func add_garment(skinned, parameters):
 	cloth.damping_coefficient = hints.damping_coefficient
 	cloth.pressure_coefficient = 0
 	var pins = PoolIntArray()
-	for pin in parameters.pins:
+	for pin in pins_of(parameters):
 		pins.append(int(pin))
 	cloth.set("pinned_points", pins)
 	for k in range(pins.size()):
-		var bone = strongest_bone(arrays, pins[k])
-		cloth.set("attachments/%d/spatial_attachment_path" % k, NodePath("../" + follower(bone).name))
+		var bone = bound_bone(skinned.skin, strongest(arrays, pins[k]))
+		var node = follower(bone)
+		cloth.set("attachments/%d/spatial_attachment_path" % k, NodePath("../" + node.name))
 		# Without its offset a pinned vertex jumps to the node's origin.
-		cloth.set("attachments/%d/offset" % k, arrays[Mesh.ARRAY_VERTEX][pins[k]])
+		var place = node.global_transform.xform_inv(plain[Mesh.ARRAY_VERTEX][pins[k]])
+		cloth.set("attachments/%d/offset" % k, place)
 	skinned.visible = false
 	add_child(cloth)
 	garments.append(cloth)
 
-func strongest_bone(arrays, vertex):
+# Bullet softens contact with moved bodies to a tenth, too little to carry clothes: those without pins
+# hang on their upper edge, which is where they may get away least.
+func pins_of(parameters):
+	if parameters.pins.size() > 0 or parameters.max_distance.size() == 0:
+		return parameters.pins
+	var least = parameters.max_distance[0]
+	for distance in parameters.max_distance:
+		least = min(least, distance)
+	var edge = []
+	for v in range(parameters.max_distance.size()):
+		if parameters.max_distance[v] < least + 0.001:
+			edge.append(v)
+	return edge
+
+# Where the garment is in the skeleton's present pose.
+func skinned_vertices(skinned, arrays):
+	var transforms = []
+	for k in range(skinned.skin.get_bind_count()):
+		transforms.append(skeleton.global_transform * skeleton.get_bone_global_pose(bound_bone(skinned.skin, k)) * skinned.skin.get_bind_pose(k))
+	var posed = PoolVector3Array()
+	for v in range(arrays[Mesh.ARRAY_VERTEX].size()):
+		var sum = Vector3()
+		for k in range(4):
+			var weight = arrays[Mesh.ARRAY_WEIGHTS][v * 4 + k]
+			if weight > 0.0:
+				sum += weight * transforms[int(arrays[Mesh.ARRAY_BONES][v * 4 + k])].xform(arrays[Mesh.ARRAY_VERTEX][v])
+		posed.append(sum)
+	return posed
+
+# Binds name their bone or count it.
+func bound_bone(skin, bind):
+	var bone = skin.get_bind_bone(bind)
+	return bone if bone >= 0 else skeleton.find_bone(skin.get_bind_name(bind))
+
+# The bind with the largest weight.
+func strongest(arrays, vertex):
 	var best = 0
 	for k in range(1, 4):
 		if arrays[Mesh.ARRAY_WEIGHTS][vertex * 4 + k] > arrays[Mesh.ARRAY_WEIGHTS][vertex * 4 + best]:
@@ -110,6 +155,7 @@ func follower(bone):
 		var node = Spatial.new()
 		node.name = "bone_%d" % bone
 		add_child(node)
+		node.global_transform = moved(bone)
 		followers[bone] = node
 	return followers[bone]
 
