@@ -176,9 +176,9 @@ struct SceneRoom {
 /// How the truth of a synthetic capture differs from the person that the scene describes, which is
 /// all that a capture may be told.
 struct SceneTruth {
-  double refinement = 2.2;  ///< edge lengths are divided by this
+  double refinement = 2.1;  ///< edge lengths are divided by this
   double stretch = 1.5;     ///< times stretch_k
-  double torsion = 0.4;     ///< times torsion_w
+  double torsion = 0.2;     ///< times torsion_w
   double mass = 0.6;        ///< times the mass per area
   double friction = 1.5;
   double softTissue = 0.01;  ///< largest offset of the skin [m]

@@ -1,5 +1,9 @@
 #include "src/synthesis/capture_scenes.h"
 
+#include "avatar/geometry/measures.h"
+#include "bullet_ext/core/stability.h"
+#include "src/simulation/cloth_setup.h"
+#include "src/simulation/stable_hinges.h"
 #include "src/synthesis/soft_tissue.h"
 
 #include <algorithm>
@@ -74,6 +78,34 @@ void refine(SceneGarment& garment, const SceneTruth& truth) {
     tailored->edgeLength = std::max(kFinestEdge, tailored->edgeLength / truth.refinement);
 }
 
+/// Every vertex weighs the same: a corner of a sliver would be too light for its springs.
+void shareMass(StagedCloth& cloth) {
+  avatar::ClothParameters& parameters = cloth.parameters;
+  if (parameters.massMode != avatar::MassMode::kAreal || !parameters.vertexMasses.empty())
+    return;
+  parameters.massMode = avatar::MassMode::kPerVertex;
+  parameters.vertexMass = parameters.arealDensity * avatar::faceAreas(cloth.rest).sum() /
+                          static_cast<double>(cloth.rest.numVertices());
+}
+
+/// Per frame, that regular meshes of the cloths' edge lengths need: half of the limit of
+/// bullet_ext::stability().
+int regularSubsteps(const Stage& stage) {
+  constexpr double kSafety = 0.5;
+  double largest = 0.0;  // λ [1/s²]
+  for (const StagedCloth& cloth : stage.cloths) {
+    const avatar::ClothParameters& parameters = cloth.parameters;
+    const double areaOfVertex =
+        avatar::faceAreas(cloth.rest).sum() / static_cast<double>(cloth.rest.numVertices());
+    const double squaredEdge = areaOfVertex / (0.5 * std::numbers::sqrt3);
+    const double stiffness = std::max(
+        3.0 * parameters.stretchStiffness, 35.6 * parameters.torsionStiffness / squaredEdge);
+    largest = std::max(largest, stiffness / parameters.vertexMass);
+  }
+  const double frame = 1.0 / stage.framesPerSecond;
+  return largest > 0.0 ? bullet_ext::substepsFor(frame, 2.0 * kSafety / std::sqrt(largest)) : 1;
+}
+
 }  // namespace
 
 CaptureScenes captureScenes(const Scene& scene) {
@@ -98,7 +130,27 @@ Stage setTruthStage(const Scene& truth) {
       return makeSoftTissue(
           model, shaped, {.largest = truth.truth.softTissue, .seed = truth.truth.seed});
     };
-  return setStage(truth, options);
+  Stage stage = setStage(truth, options);
+  for (StagedCloth& cloth : stage.cloths)
+    shareMass(cloth);
+  const double frame = 1.0 / stage.framesPerSecond;
+  const double substep = frame / regularSubsteps(stage);
+  for (StagedCloth& cloth : stage.cloths)
+    cloth.parameters.edgeTorsionStiffness =
+        stableHinges(avatar::Garment{.mesh = cloth.rest, .cloth = cloth.parameters}, substep);
+  return stage;
+}
+
+int truthSubsteps(const Stage& stage, const SceneTime& time) {
+  constexpr double kSafety = 0.8;  // of the limit about the rest shape
+  int substeps = std::max(substepsPerFrame(time), regularSubsteps(stage));
+  for (const StagedCloth& cloth : stage.cloths) {
+    const double largest =
+        bullet_ext::stability(clothMesh(cloth), {.safety = kSafety}).largestSubstep;
+    if (std::isfinite(largest))
+      substeps = std::max(substeps, bullet_ext::substepsFor(1.0 / stage.framesPerSecond, largest));
+  }
+  return substeps;
 }
 
 PixelLabel labelOf(const StagedCloth& cloth) {

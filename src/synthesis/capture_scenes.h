@@ -17,8 +17,12 @@ struct CaptureScenes {
 /// of each kind.
 CaptureScenes captureScenes(const Scene& scene);
 
-/// The truth on stage: the body with its soft tissue, clothes settled before frame 0.
+/// The truth on stage: the body with its soft tissue, clothes settled before frame 0. The few
+/// hinges of slivers that would set the substep of a whole garment are softer than the rest.
 Stage setTruthStage(const Scene& truth);
+
+/// Substeps per frame for that stage: as the scene says, and as many as its finer cloth needs.
+int truthSubsteps(const Stage& stage, const SceneTime& time);
 
 /// The label of a cloth of capture scenes: kLower, kUpper (a dress too), or kBackground when it
 /// isn't worn.

@@ -9,16 +9,20 @@
 namespace simulcap {
 
 /// Kinect v1's axial noise at depth z [m] of a surface tilted by `angle` [rad], [m]: 0.0012 +
-/// 0.0019 (z − 0.4)² + 0.0001/√z · θ²/(π/2 − θ)² (Nguyen et al. 2012, eq. 3).
+/// 0.0019 (z − 0.4)² + 0.0001/√z · θ²/(π/2 − θ)² (Nguyen, Izadi and Lovell 2012, eq. 3). They
+/// measured 0.4 … 2.5 m and 10° … 80° and let the last term begin at 60°, where it is 0.4 mm at
+/// 1 m; here it has no step. Beyond both ranges it is extrapolated.
 double kinectAxialNoise(double z, double angle);
 
 /// Step from one depth to the next that Kinect v1 tells apart: an eighth of a pixel of disparity
 /// at a baseline of 75 mm and a focal length of 580 px (Khoshelham & Elberink 2012), [m].
 double kinectDepthStep(double z);
 
-/// Axial noise of a time-of-flight camera, about 1.5 mm at 1 m and growing with the square of
-/// distance, as the light that comes back falls, [m]. Of the order of Kinect v2's; our own numbers,
-/// not those of a published fit.
+/// Axial noise of a time-of-flight camera, about 1.3 mm at 1 m and growing with the square of
+/// distance, as the light that comes back falls, [m]: 0.001 (1.5 − 0.5 z + 0.3 z² + 0.1 z^1.5 ·
+/// θ²/(π/2 − θ)²), the form of the fit to Kinect v2 indoors by Fankhauser et al. 2015. The
+/// coefficients are not checked against a device of ours; flying pixels and multi-path come on top,
+/// from geometry with an albedo of 0.5, where real ones depend on every surface's reflectivity.
 double timeOfFlightNoise(double z, double angle);
 
 /// Who measures a frame, and which one.
@@ -31,7 +35,10 @@ struct SensedFrame {
 /// noise depends on seed, frame and pixel alone.
 ///
 /// kKinectV1: axial noise, disparity in steps of 1/8 px, the shadow of the projector 75 mm to the
-/// right of the camera, silhouettes that jitter by 0.8 px, dropouts at grazing angles, 0.4 … 8 m.
+/// right of the camera, silhouettes that jitter by 0.8 px (Nguyen et al.'s lateral noise, 0.8 +
+/// 0.035 θ/(π/2 − θ) px, face on), 0.4 … 8 m. Dropouts from 70° on, all at 85°, are assumed: the
+/// published curves end at 80°. Noise is independent from pixel to pixel; that of real devices is
+/// correlated over the matching window of some 9 px.
 /// kTimeOfFlight: every pixel adds up the phases of what it covers (flying pixels at jumps), light
 /// that came over another surface (multi-path), axial noise, 0.3 … 7 m.
 ///

@@ -20,20 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using Type = avatar::NpyArray::Type;
 
-void requireReplaceable(const fs::path& path) {
-  if (!fs::exists(path))
-    return;
-  const std::set<std::string> ours = {
-      "depth", "color", "gt", "intrinsics.json", "timestamps.txt", "avatar.glb"};
-  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
-    if (ours.count(entry.path().filename().string()) == 0)
-      throw avatar::FileError(
-          path.string(),
-          entry.path().filename().string(),
-          "doesn't belong to a sequence, which would replace it; choose another folder");
-  }
-}
-
 std::string pictureName(int frame, const char* extension) {
   char name[32];
   std::snprintf(name, sizeof name, "%06d.%s", frame, extension);
@@ -65,6 +51,20 @@ void writeArray(const fs::path& path, const avatar::NpyArray& array) {
 }
 
 }  // namespace
+
+void requireReplaceable(const fs::path& path) {
+  if (!fs::exists(path))
+    return;
+  const std::set<std::string> ours = {
+      "depth", "color", "gt", "intrinsics.json", "timestamps.txt", "avatar.glb"};
+  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+    if (ours.count(entry.path().filename().string()) == 0)
+      throw avatar::FileError(
+          path.string(),
+          entry.path().filename().string(),
+          "doesn't belong to a sequence, which would replace it; choose another folder");
+  }
+}
 
 SequenceWriter::SequenceWriter(fs::path path, SequenceLayout layout)
     : path_(std::move(path)), parts_(path_), layout_(std::move(layout)) {
@@ -155,8 +155,9 @@ void SequenceWriter::writeTruth() {
   writeArray(rowsPath("betas"), betas);
   writeArray(rowsPath("mocap_framerate"), rate);
   writeArray(rowsPath("up_axis"), avatar::NpyArray::fromText("y"));
+  writeArray(rowsPath("model"), avatar::NpyArray::fromText(layout_.bodyModel));
   std::map<std::string, avatar::NpyFile> body;
-  for (const char* key : {"poses", "trans", "betas", "mocap_framerate", "up_axis"})
+  for (const char* key : {"poses", "trans", "betas", "mocap_framerate", "up_axis", "model"})
     body[key] = {rowsPath(key).string()};
   avatar::writeNpzFromFiles((parts_ / "gt/body.npz").string(), body);
   for (const TruthMesh& mesh : layout_.meshes) {

@@ -31,6 +31,7 @@ struct SequenceLayout {
   double depthScale = 1000.0;  ///< raw units per metre
   double framesPerSecond = 30.0;
   std::optional<int> turnaroundFrames;
+  std::string bodyModel = "default";  ///< that poses and betas are of: "default" or a file
   Eigen::VectorXd betas;
   std::vector<TruthMesh> meshes;
 };
@@ -42,6 +43,9 @@ struct SequencePictures {
   std::vector<std::uint8_t> labels;  ///< W·H
   std::vector<float> backDepth;      ///< W·H [m] of the back camera; empty: not in this frame
 };
+
+/// Throws avatar::FileError when there is something at the path that no sequence may replace.
+void requireReplaceable(const std::filesystem::path& path);
 
 /// Writes a sequence folder with its truth, in memory that doesn't grow with the frames. Until
 /// finish() it lies in PATH.parts; then the folder appears, in the place of a former sequence.

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <future>
 #include <numbers>
 #include <utility>
 
@@ -40,6 +41,12 @@ std::vector<double> headings(const Stage& stage) {
   return all;
 }
 
+/// As others find it, wherever they are started: "default" or an absolute path.
+std::string bodyModelName(const Scene& scene) {
+  const std::string& model = scene.body->model;
+  return model == "default" ? model : std::filesystem::absolute(model).string();
+}
+
 SequenceLayout layoutOf(const Scene& scene, const Stage& stage) {
   SequenceLayout layout;
   layout.camera = scene.camera->camera();
@@ -47,6 +54,7 @@ SequenceLayout layoutOf(const Scene& scene, const Stage& stage) {
   layout.depthScale = depthScale(scene);
   layout.framesPerSecond = stage.framesPerSecond;
   layout.turnaroundFrames = turnaroundFrames(headings(stage));
+  layout.bodyModel = bodyModelName(scene);
   layout.betas = stage.body->betas();
   layout.meshes.push_back(
       {"body_vertices", stage.body->model().numVertices(), stage.body->model().faces});
@@ -134,14 +142,38 @@ Moment momentOf(const Stage& stage, const SceneRun& run, int staged) {
   return moment;
 }
 
-void develop(
-    const Studio& studio, SequenceWriter& writer, std::vector<Moment>& moments, int threads) {
-  parallelFor(static_cast<long>(moments.size()), threads, [&](long i) {
-    const Moment& moment = moments[static_cast<std::size_t>(i)];
-    writer.writePictures(moment.frame, studio.pictures(moment));
-  });
-  moments.clear();
-}
+/// Makes and writes the pictures of moments while others are simulated: with several threads, one
+/// batch at a time on threads of its own.
+class Darkroom {
+ public:
+  Darkroom(const Studio& studio, SequenceWriter& writer, int threads)
+      : studio_(studio), writer_(writer), threads_(threads) {}
+
+  /// Waits for the batch before, and throws what that threw.
+  void develop(std::vector<Moment> moments) {
+    wait();
+    const auto policy = threads_ > 1 ? std::launch::async : std::launch::deferred;
+    running_ = std::async(policy, [this, batch = std::move(moments)] {
+      parallelFor(static_cast<long>(batch.size()), std::max(1, threads_ - 1), [&](long i) {
+        const Moment& moment = batch[static_cast<std::size_t>(i)];
+        writer_.writePictures(moment.frame, studio_.pictures(moment));
+      });
+    });
+    if (threads_ == 1)
+      wait();
+  }
+
+  void wait() {
+    if (running_.valid())
+      running_.get();
+  }
+
+ private:
+  const Studio& studio_;
+  const SequenceWriter& writer_;
+  int threads_;
+  std::future<void> running_;  // last, so that it ends before what it uses
+};
 
 }  // namespace
 
@@ -165,14 +197,19 @@ std::optional<int> turnaroundFrames(const std::vector<double>& headings) {
 
 SynthesisReport synthesize(
     const Scene& scene, const std::filesystem::path& sequence, const SynthesisOptions& options) {
-  constexpr std::size_t kBatch = 8;  // moments in memory at a time
-  const CaptureScenes scenes = captureScenes(scene);
+  constexpr std::size_t kBatch = 4;  // moments; two batches are in memory at a time
+  requireReplaceable(sequence);  // before the minutes that it takes
+  CaptureScenes scenes = captureScenes(scene);
   const Stage told = setStage(scenes.told);
   const Stage stage = setTruthStage(scenes.truth);
+  SceneTime time = scene.time.value_or(SceneTime{});
+  time.substeps = truthSubsteps(stage, time);
+  scenes.truth.time = time;
   const SequenceLayout layout = layoutOf(scenes.truth, stage);
   const Studio studio(scenes.truth, stage, layout);
-  SceneRun run(scenes.truth, stage, options.threads);
+  SceneRun run(scenes.truth, stage, std::max(1, options.threads - 1));
   SequenceWriter writer(sequence, layout);
+  Darkroom darkroom(studio, writer, options.threads);
   SynthesisReport report{stage.numFrames, layout.turnaroundFrames, 0, told.notes};
   const int total = stage.numPrerollFrames + stage.numFrames;
   std::vector<Moment> moments;
@@ -186,10 +223,11 @@ SynthesisReport synthesize(
       writer.appendTruth(stage.body->poses()[static_cast<std::size_t>(staged)], truth);
     }
     if (moments.size() == kBatch || staged + 1 == total)
-      develop(studio, writer, moments, options.threads);
+      darkroom.develop(std::exchange(moments, {}));
     if (options.progress)
       options.progress(staged + 1, total);
   }
+  darkroom.wait();
   writer.finish(*told.avatar);
   return report;
 }
