@@ -48,9 +48,8 @@ void EdgeStrain::add(const Eigen::Matrix3Xd& vertices, Distribution& strains) co
 }
 
 void Penetration::add(const Eigen::Matrix3Xd& cloth) {
-  constexpr double kReach = 0.05;  // farther out is outside, farther in is no cloth's place [m]
   for (const auto& vertex : cloth.colwise()) {
-    const double distance = skin_(vertex, kReach).distance;
+    const double distance = skin_(vertex).distance;
     ++vertices_;
     inside_ += distance < 0.0 ? 1 : 0;
     deepest_ = std::max(deepest_, -distance);

@@ -1,15 +1,22 @@
 #include "avatar/avatar_body.h"
 #include "avatar/avatar_pose.h"
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/geometry/measures.h"
+#include "avatar/geometry/rasterizer.h"
 #include "avatar/io/avatar_file.h"
 #include "avatar/io/motion_file.h"
 #include "avatar/skinning.h"
+#include "src/output/image_file.h"
 #include "src/output/performance_file.h"
 #include "tests/support/sample_avatar.h"
 #include "tests/system/run_program.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -52,6 +59,11 @@ avatar::NpyArray facesOf(const Eigen::Matrix3Xi& faces) {
 
 constexpr int kFrames = 3;
 
+void writeTrueMesh(const std::string& path, const avatar::TriangleMesh& mesh) {
+  avatar::writeNpz(
+      path, {{"vertices", rowsOf(mesh.vertices, kFrames)}, {"faces", facesOf(mesh.faces)}});
+}
+
 /// SEQ with the truth of a person who stands still.
 void writeSequence(const TemporaryFolder& folder, const Person& person) {
   std::filesystem::create_directories(folder.path() / "seq/gt");
@@ -63,35 +75,33 @@ void writeSequence(const TemporaryFolder& folder, const Person& person) {
   motion.betas = Eigen::VectorXd::Zero(10);
   motion.frames.assign(kFrames, person.pose);
   avatar::writeMotion(folder / "seq/gt/body.npz", motion);
-  const avatar::Garment& garment = person.avatar.garments[0];
-  avatar::writeNpz(
-      folder / "seq/gt/garment_upper.npz",
-      {{"vertices", rowsOf(garment.mesh.vertices, kFrames)},
-       {"faces", facesOf(garment.mesh.faces)}});
+  for (const avatar::Garment& garment : person.avatar.garments)
+    writeTrueMesh(folder / ("seq/gt/garment_" + garment.name + ".npz"), garment.mesh);
 }
 
-/// OUT: the truth as a capture, its garment moved by `offset` [m], its camera by
+/// OUT: the truth as a capture, its garments moved by `offset` [m], its camera by
 /// `cameraShift` [m] towards the person.
 void writeCapture(
     const TemporaryFolder& folder,
     const Person& person,
     const Eigen::Vector3d& offset,
     double cameraShift = 0.0) {
-  const avatar::Garment& garment = person.avatar.garments[0];
   avatar::writeAvatar(folder / "out/avatar.glb", person.avatar);
   writeBytes(folder / "out/camera.json", cameraJson(cameraShift));
   PerformanceLayout layout;
   layout.betas = Eigen::VectorXd::Zero(10);
-  layout.garments = {{"upper", static_cast<int>(garment.mesh.numVertices()), garment.mesh.faces}};
-  PerformanceWriter writer(folder / "out/performance.npz", layout);
-  for (int frame = 0; frame < kFrames; ++frame) {
-    PerformanceFrame captured;
-    captured.pose = person.pose;
-    captured.garments = {
+  PerformanceFrame captured;
+  captured.pose = person.pose;
+  for (const avatar::Garment& garment : person.avatar.garments) {
+    const auto count = static_cast<int>(garment.mesh.numVertices());
+    layout.garments.push_back({garment.name, count, garment.mesh.faces});
+    captured.garments.push_back(
         {(garment.mesh.vertices.colwise() + offset).cast<float>(),
-         std::vector<std::uint8_t>(static_cast<std::size_t>(garment.mesh.numVertices()), 0)}};
-    writer.append(captured);
+         std::vector<std::uint8_t>(static_cast<std::size_t>(count), 0)});
   }
+  PerformanceWriter writer(folder / "out/performance.npz", layout);
+  for (int frame = 0; frame < kFrames; ++frame)
+    writer.append(captured);
   writer.finish();
 }
 
@@ -153,6 +163,140 @@ TEST(Evaluate, AWrongGuessOfTheWorldCostsNothing) {
   const nlohmann::json figures = evaluated(folder).at("ground_truth");
   for (const char* key : {"joint_mm", "garment_visible_mm", "garment_hidden_mm"})
     EXPECT_NEAR(figures.at(key).at("max"), 0.0, kFloatMm) << key;
+}
+
+/// All pixels of the true picture but those of the shirt in every other row are right: of the
+/// union, which is the rendered shirt, as many as are left are in common.
+TEST(Evaluate, CountsTheLabelsThatAreRight) {
+  const TemporaryFolder folder;
+  const Person truth = person();
+  writeSequence(folder, truth);
+  writeCapture(folder, truth, Eigen::Vector3d::Zero());
+  const avatar::Camera camera{
+      .width = 320, .height = 240, .fx = 260, .fy = 260, .cx = 159.5, .cy = 119.5};
+  const Eigen::Isometry3d cameraFromWorld =
+      Eigen::Translation3d(0.0, 0.2, 2.5) *
+      Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
+  const avatar::TriangleMesh& shirt = truth.avatar.garments[0].mesh;
+  const Eigen::Matrix3Xd skin = avatar::posedVertices(truth.avatar.body, truth.pose);
+  const Eigen::Matrix3Xd seenShirt = cameraFromWorld * shirt.vertices;
+  const Eigen::Matrix3Xd seenSkin = cameraFromWorld * skin;
+  const avatar::RasterImage image = avatar::rasterize(
+      std::vector<avatar::MeshView>{
+          {seenShirt, shirt.faces}, {seenSkin, truth.avatar.body.mesh.faces}},
+      camera);
+  std::vector<std::uint8_t> labels(image.object.size(), 0);
+  double all = 0.0;
+  double kept = 0.0;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const bool even = i / 320 % 2 == 0;
+    if (image.object[i] == 1)
+      labels[i] = 1;
+    if (image.object[i] != 0)
+      continue;
+    labels[i] = even ? 2 : 0;
+    kept += even ? 1.0 : 0.0;
+    all += 1.0;
+  }
+  std::filesystem::create_directories(folder.path() / "seq/gt/labels");
+  for (int frame = 0; frame < kFrames; ++frame)
+    writeBytes(
+        folder / ("seq/gt/labels/00000" + std::to_string(frame) + ".png"),
+        pngBytes(320, 240, labels));
+  ASSERT_GT(all, 500.0);
+  // performance.npz rounds to float32, which may decide about a pixel on the outline.
+  const nlohmann::json overlap = evaluated(folder).at("ground_truth").at("segmentation_iou");
+  EXPECT_NEAR(overlap.at("upper"), kept / all, 0.005);
+  EXPECT_FALSE(overlap.contains("lower"));
+}
+
+/// The truth's own skin stands 8 mm out of the model's: that is the error of a capture that found
+/// the model exactly.
+TEST(Evaluate, MeasuresTheBodyAgainstTheTruthsOwnVertices) {
+  const TemporaryFolder folder;
+  const Person truth = person();
+  writeSequence(folder, truth);
+  writeCapture(folder, truth, Eigen::Vector3d::Zero());
+  const avatar::BodyModel model = avatar::defaultBody();
+  const avatar::Skinning skinning(model);
+  avatar::TriangleMesh skin{
+      skinning.pose(skinning.shape(Eigen::VectorXd::Zero(10)), truth.pose).vertices, model.faces};
+  skin.vertices += 0.008 * avatar::vertexNormals(skin);
+  writeTrueMesh(folder / "seq/gt/body_vertices.npz", skin);
+  const nlohmann::json figures = evaluated(folder).at("ground_truth");
+  for (const char* figure : {"mean", "median", "p95", "max"})
+    EXPECT_NEAR(figures.at("body_vertex_mm").at(figure), 8.0, kFloatMm + 0.05) << figure;
+  EXPECT_NEAR(figures.at("joint_mm").at("max"), 0.0, kFloatMm);
+}
+
+/// Two garments under other names, in the other order.
+TEST(Evaluate, PairsGarmentsOfOtherNamesByDistance) {
+  const TemporaryFolder folder;
+  Person truth = person();
+  const double knee = truth.avatar.body.joints(1, avatar::kLeftKnee);
+  truth.avatar.garments.push_back(avatar::test::tubeGarment(
+      truth.avatar.body, "lower", {.bottom = knee, .top = knee + 0.3}, avatar::aPose()));
+  writeSequence(folder, truth);
+  truth.avatar.garments[0].name = "a_vest";
+  truth.avatar.garments[1].name = "kilt";
+  std::swap(truth.avatar.garments[0], truth.avatar.garments[1]);
+  writeCapture(folder, truth, Eigen::Vector3d::Zero());
+  const ProgramRun run = runProgram({"evaluate", folder / "out", "--truth", folder / "seq/gt"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_NE(run.err.find("upper: a_vest"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("lower: kilt"), std::string::npos) << run.err;
+  const nlohmann::json figures =
+      nlohmann::json::parse(fileBytes(folder / "out/metrics.json")).at("ground_truth");
+  for (const char* key : {"garment_visible_mm", "garment_hidden_mm"})
+    EXPECT_NEAR(figures.at(key).at("max"), 0.0, kFloatMm) << key;
+}
+
+/// Cloth that stands 10 mm out of where skinning puts it, all around a vertical tube. A point above
+/// a vertex of a convex polygon of n sides is 10 mm from it, one under a side 10 mm · cos(π/n).
+TEST(Evaluate, ComparesWithSkinningAlone) {
+  const TemporaryFolder folder;
+  Person truth = person();
+  constexpr int kSides = 32;
+  avatar::TriangleMesh& rest = truth.avatar.garments[0].mesh;
+  const auto roundTube = [&](double radius) {
+    avatar::TriangleMesh tube = rest;
+    for (Eigen::Index v = 0; v < tube.numVertices(); ++v) {
+      const double u = 2.0 * std::numbers::pi * static_cast<double>(v % kSides) / kSides;
+      tube.vertices.col(v) = Eigen::Vector3f(
+                                 static_cast<float>(radius * std::cos(u)),
+                                 static_cast<float>(0.2 + 0.02 * static_cast<double>(v / kSides)),
+                                 static_cast<float>(-radius * std::sin(u)))
+                                 .cast<double>();
+    }
+    return tube;
+  };
+  const avatar::TriangleMesh wide = roundTube(0.41);
+  rest = roundTube(0.4);
+  writeSequence(folder, truth);
+  writeTrueMesh(folder / "seq/gt/garment_upper.npz", wide);
+  writeCapture(folder, truth, Eigen::Vector3d::Zero());
+  const nlohmann::json figures = evaluated(folder).at("ground_truth");
+  const nlohmann::json& skinned = figures.at("hidden_mm_by_skinning");
+  EXPECT_NEAR(skinned.at("max"), 10.0, 2.0 * kFloatMm);
+  const double underSides = 10.0 * std::cos(std::numbers::pi / kSides);
+  EXPECT_GT(skinned.at("mean"), underSides - kFloatMm);
+  EXPECT_LT(skinned.at("mean"), 10.0);
+  // This capture is where skinning puts it.
+  EXPECT_EQ(figures.at("garment_hidden_mm"), skinned);
+}
+
+TEST(Evaluate, LeavesADamagedFileOfFiguresAlone) {
+  const TemporaryFolder folder;
+  const Person truth = person();
+  writeSequence(folder, truth);
+  writeCapture(folder, truth, Eigen::Vector3d::Zero());
+  for (const char* damaged : {R"({"frames":3,)", "[1, 2]"}) {
+    writeBytes(folder / "out/metrics.json", damaged);
+    const ProgramRun run = runProgram({"evaluate", folder / "out", "--truth", folder / "seq/gt"});
+    EXPECT_EQ(run.exitCode, 1) << damaged;
+    EXPECT_NE(run.err.find("metrics.json"), std::string::npos) << run.err;
+    EXPECT_EQ(fileBytes(folder / "out/metrics.json"), damaged);
+  }
 }
 
 TEST(Evaluate, NamesWhatIsMissing) {

@@ -52,7 +52,8 @@ TEST(Penetration, CountsWhatIsUnderTheSkin) {
   penetration.moveBody(2.0 * body.vertices);
   penetration.add(cloth);
   EXPECT_EQ(penetration.vertices(), 6);
-  EXPECT_EQ(penetration.inside(), 1);  // the others are farther in than cloth gets
+  EXPECT_EQ(penetration.inside(), 3);  // however deep
+  EXPECT_NEAR(penetration.deepest(), 0.52, 0.006);
 }
 
 }  // namespace
