@@ -35,10 +35,10 @@ if(NOT SIMULCAP_CORE_ONLY)
       opencv_${module} PROPERTIES IMPORTED_LOCATION "${opencv_${module}_LIBRARY}"
                                   INTERFACE_INCLUDE_DIRECTORIES "${OpenCV_INCLUDE_DIR}")
   endforeach()
-  # By hand: PCL's CMake file looks for VTK and Qt as well. Only what plane fitting and surface
-  # reconstruction need.
+  # By hand: PCL's CMake file looks for VTK and Qt as well. Only what plane fitting, surface
+  # reconstruction and cameras need.
   find_path(PCL_INCLUDE_DIR pcl/pcl_config.h PATH_SUFFIXES pcl-1.13 pcl-1.12 pcl-1.14 REQUIRED)
-  foreach(module common kdtree sample_consensus search surface)
+  foreach(module common io kdtree sample_consensus search surface)
     find_library(pcl_${module}_LIBRARY pcl_${module} REQUIRED)
     add_library(pcl_${module} SHARED IMPORTED)
     set_target_properties(
@@ -47,5 +47,9 @@ if(NOT SIMULCAP_CORE_ONLY)
     target_link_libraries(pcl_${module} INTERFACE Eigen3::Eigen)
   endforeach()
   target_link_libraries(pcl_sample_consensus INTERFACE pcl_common)
+  # PCL's grabber includes OpenNI2's header by its bare name.
+  find_path(OpenNI2_INCLUDE_DIR OpenNI.h PATH_SUFFIXES openni2 REQUIRED)
+  target_include_directories(pcl_io SYSTEM INTERFACE "${OpenNI2_INCLUDE_DIR}")
+  target_link_libraries(pcl_io INTERFACE pcl_common)
   target_link_libraries(pcl_surface INTERFACE pcl_search pcl_kdtree pcl_common)
 endif()

@@ -198,7 +198,7 @@ std::optional<int> turnaroundFrames(const std::vector<double>& headings) {
 SynthesisReport synthesize(
     const Scene& scene, const std::filesystem::path& sequence, const SynthesisOptions& options) {
   constexpr std::size_t kBatch = 4;  // moments; two batches are in memory at a time
-  requireReplaceable(sequence);  // before the minutes that it takes
+  requireReplaceable(sequence);      // before the minutes that it takes
   CaptureScenes scenes = captureScenes(scene);
   const Stage told = setStage(scenes.told);
   const Stage stage = setTruthStage(scenes.truth);
