@@ -15,7 +15,8 @@
 namespace simulcap {
 namespace {
 
-constexpr double kDressingRate = 30.0;  // frames per second of dressing
+constexpr double kDressingRate = 30.0;     // frames per second of dressing
+constexpr double kDressingMomentum = 0.8;  // that is left after each of them
 constexpr double kStabilitySafety = 0.6;
 
 class StopWatch {
@@ -71,12 +72,20 @@ avatar::BodyPose dressingPose(const avatar::Garment& garment, const avatar::Body
   return pose;
 }
 
-std::vector<float> distances(const GarmentTargets& targets) {
-  std::vector<float> result;
-  result.reserve(targets.residuals.size());
-  for (const float residual : targets.residuals)
-    result.push_back(std::abs(residual));
-  return result;
+std::vector<std::uint8_t> provenanceOf(const GarmentTargets& targets, Eigen::Index numVertices) {
+  std::vector<std::uint8_t> provenance(static_cast<std::size_t>(numVertices), 0);
+  for (const bullet_ext::DepthTarget& target : targets.targets)
+    provenance[static_cast<std::size_t>(target.vertex)] =
+        static_cast<std::uint8_t>(std::lround(255.0F * target.blend));
+  return provenance;
+}
+
+bool isSimulated(CaptureMethod method) {
+  return method == CaptureMethod::kSimulcap || method == CaptureMethod::kSimulateOnly;
+}
+
+bool isFitted(CaptureMethod method) {
+  return method == CaptureMethod::kSimulcap;
 }
 
 }  // namespace
@@ -135,9 +144,7 @@ CaptureSession::CaptureSession(
   options.validate();
   if (person.avatar.body.mesh.numVertices() == shaped_.vertices.cols())
     shaped_.vertices = person.avatar.body.mesh.vertices;  // with the person's own details
-  bullet_ext::CaptureSetup setup;
-  for (const avatar::Garment& garment : person.avatar.garments) {
-    setup.garments.push_back(captureGarment(garment, options.substepDuration));
+  for (const avatar::Garment& garment : person.avatar.garments)
     layers_.push_back(
         {garment,
          labelOf(garment.name),
@@ -145,13 +152,9 @@ CaptureSession::CaptureSession(
          attachedPins(garment),
          {},
          {}});
-  }
-  setup.bodyFaces = person.model.faces;
-  setup.numBodyVertices = person.model.numVertices();
-  setup.garmentContact = options.garmentContact && layers_.size() > 1;
-  setup.simulation.stepper.threads = threads;
+  setup_ = captureSetup(threads);
   try {
-    world_ = std::make_unique<bullet_ext::CaptureWorld>(setup);
+    world_ = std::make_unique<bullet_ext::CaptureWorld>(setup_);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(std::string("the avatar can't be simulated: ") + error.what());
   }
@@ -162,24 +165,42 @@ CaptureSession::CaptureSession(
         bullet_ext::stability(world_->mesh(i), {.safety = kStabilitySafety}).largestSubstep);
 }
 
+bullet_ext::CaptureSetup CaptureSession::captureSetup(int threads) const {
+  bullet_ext::CaptureSetup setup;
+  for (const Layer& layer : layers_)
+    setup.garments.push_back(captureGarment(layer.garment, options_.substepDuration));
+  setup.bodyFaces = person_.model.faces;
+  setup.numBodyVertices = person_.model.numVertices();
+  setup.garmentContact = options_.garmentContact && layers_.size() > 1;
+  setup.simulation.stepper.threads = threads;
+  return setup;
+}
+
 CaptureSession::~CaptureSession() = default;
 
-CapturedFrame CaptureSession::processFrame(const ObservedFrame& frame) {
-  StopWatch watch;
-  CapturedFrame result{.pose = frame.body.pose, .status = frame.body.status};
-  result.bodyVertices = bodySurface(frame.body.pose);
-  result.times.bodySurface = watch.lap();
-  if (options_.method == CaptureMethod::kSkinning) {
-    follow(frame.body.pose, result);
-    return result;
-  }
-  if (!dressed_)
+CaptureResult CaptureSession::processFrame(const ObservedFrame& frame) {
+  CaptureResult result{.pose = frame.body.pose, .status = frame.body.status};
+  if (!dressed_ && isSimulated(options_.method))
     dress(frame.body.pose);
-  watch.lap();
-  result.stable = simulate(result.bodyVertices, frame.duration);
+  StopWatch watch;
+  result.bodyVertices = bodySurface(frame.body.pose);
+  result.stable = moveGarments(frame, result.bodyVertices);
+  for (const Layer& layer : layers_)
+    result.garments.push_back({.unfitted = layer.vertices});
   result.times.simulation = watch.lap();
-  fit(frame, result);
-  result.times.fitting = watch.lap() - result.times.view;
+
+  const std::vector<GarmentView> views = view(result.bodyVertices);
+  const bool fitted = isFitted(options_.method) && frame.body.status != TrackingStatus::kLost;
+  const std::vector<GarmentTargets> targets =
+      fitted ? fit(frame, views) : std::vector<GarmentTargets>(layers_.size());
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    CapturedGarment& garment = result.garments[i];
+    garment.vertices = layers_[i].vertices;
+    garment.visible.assign(views[i].visible.begin(), views[i].visible.end());
+    garment.provenance = provenanceOf(targets[i], garment.vertices.cols());
+    garment.rejected = targets[i].rejected;
+  }
+  result.times.fitting = watch.lap();
   return result;
 }
 
@@ -206,7 +227,8 @@ int CaptureSession::substepsFor(double duration) const {
 }
 
 /// The clothes are put on in the pose they were made in, and the body moves from there to the first
-/// frame's pose.
+/// frame's pose. They lose their momentum on the way: a skirt that still swings in the first frame
+/// is decimetres from where it hangs.
 void CaptureSession::dress(const avatar::BodyPose& pose) {
   dressed_ = true;
   if (layers_.empty())
@@ -222,6 +244,9 @@ void CaptureSession::dress(const avatar::BodyPose& pose) {
     const double share = static_cast<double>(i) / moving;
     const avatar::BodyPose next = avatar::interpolated(begin, pose, avatar::minimumJerk(share));
     simulate(bodySurface(next), 1.0 / kDressingRate);
+    for (int garment = 0; garment < world_->numGarments(); ++garment)
+      world_->setState(
+          garment, world_->vertices(garment), kDressingMomentum * world_->velocities(garment));
   }
 }
 
@@ -239,13 +264,17 @@ bool CaptureSession::simulate(const Eigen::Matrix3Xd& body, double duration) {
   return report.stable;
 }
 
-void CaptureSession::follow(const avatar::BodyPose& pose, CapturedFrame& result) const {
-  for (int i = 0; i < static_cast<int>(layers_.size()); ++i) {
-    CapturedGarment garment;
-    garment.vertices = skinned(i, pose);
-    garment.provenance.assign(static_cast<std::size_t>(garment.vertices.cols()), 0);
-    result.garments.push_back(std::move(garment));
-  }
+void CaptureSession::follow(const avatar::BodyPose& pose) {
+  for (int i = 0; i < static_cast<int>(layers_.size()); ++i)
+    layers_[static_cast<std::size_t>(i)].vertices = skinned(i, pose);
+}
+
+/// False: the cloth blew up.
+bool CaptureSession::moveGarments(const ObservedFrame& frame, const Eigen::Matrix3Xd& body) {
+  if (isSimulated(options_.method))
+    return simulate(body, frame.duration);
+  follow(frame.body.pose);
+  return true;
 }
 
 std::vector<GarmentView> CaptureSession::view(const Eigen::Matrix3Xd& body) {
@@ -283,35 +312,21 @@ void CaptureSession::pull(const std::vector<GarmentTargets>& targets) {
     layers_[i].vertices = world_->vertices(static_cast<int>(i));
 }
 
-void CaptureSession::fit(const ObservedFrame& frame, CapturedFrame& result) {
-  StopWatch watch;
-  const std::vector<GarmentView> views = view(result.bodyVertices);
-  result.times.view = watch.lap();
-  std::vector<GarmentTargets> targets = findTargets(views, frame.cloud);
-  for (const GarmentTargets& found : targets)
-    result.garments.push_back({.errorsBefore = distances(found), .rejected = found.rejected});
-  const bool fitted = options_.method == CaptureMethod::kSimulcap &&
-                      frame.body.status != TrackingStatus::kLost && !layers_.empty();
-  for (std::size_t i = 0; fitted && i < layers_.size(); ++i)
+/// Returns what the garments are pulled to at the end.
+std::vector<GarmentTargets> CaptureSession::fit(
+    const ObservedFrame& frame, const std::vector<GarmentView>& views) {
+  for (std::size_t i = 0; i < layers_.size(); ++i)
     layers_[i].reference = skinned(static_cast<int>(i), frame.body.pose);
-  for (int round = 0; fitted && round < options_.fitRounds; ++round) {
+  std::vector<GarmentTargets> targets = findTargets(views, frame.cloud);
+  for (int round = 0; round < options_.fitRounds; ++round) {
     for (std::size_t i = 0; i < layers_.size(); ++i)
       layers_[i].steady.steady(targets[i], layers_[i].reference, camera_);
     pull(targets);
     targets = findTargets(views, frame.cloud);
   }
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
-    CapturedGarment& garment = result.garments[i];
-    garment.errorsAfter = distances(targets[i]);
-    garment.vertices = layers_[i].vertices;
-    garment.provenance.assign(static_cast<std::size_t>(garment.vertices.cols()), 0);
-    if (!fitted)
-      continue;
-    layers_[i].steady.endFrame();
-    for (const bullet_ext::DepthTarget& target : targets[i].targets)
-      garment.provenance[static_cast<std::size_t>(target.vertex)] =
-          static_cast<std::uint8_t>(std::lround(255.0F * target.blend));
-  }
+  for (Layer& layer : layers_)
+    layer.steady.endFrame();
+  return targets;
 }
 
 CaptureState CaptureSession::state() const {
@@ -331,6 +346,7 @@ void CaptureSession::restore(const CaptureState& state) {
   if (bodyVertices_.cols() == 0)
     return;
   dressed_ = true;
+  world_ = std::make_unique<bullet_ext::CaptureWorld>(setup_);
   world_->placeBody(bodyVertices_);
   for (int i = 0; i < world_->numGarments(); ++i) {
     const CaptureState::Garment& garment = state.garments[static_cast<std::size_t>(i)];

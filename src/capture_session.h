@@ -6,10 +6,10 @@
 #include "avatar/skinning.h"
 #include "avatar/surface_attachment.h"
 #include "bullet_ext/capture_world.h"
+#include "src/capture/observed_frame.h"
 #include "src/fitting/depth_targets.h"
 #include "src/fitting/layer_view.h"
 #include "src/fitting/steady_targets.h"
-#include "src/input/depth_cloud.h"
 #include "src/tracking/tracked_body.h"
 
 #include <Eigen/Core>
@@ -59,27 +59,21 @@ struct CapturePerson {
   const avatar::LayeredAvatar& avatar;
 };
 
-/// What a frame is captured from.
-struct ObservedFrame {
-  double duration = 1.0 / 30.0;  ///< since the frame before [s]
-  DepthCloud cloud;              ///< of the session's camera
-  TrackedBody body;
-};
-
 /// Wall time of the stages of one frame [ms].
 struct FrameTimes {
-  double bodySurface = 0.0, simulation = 0.0, view = 0.0, fitting = 0.0;
+  double simulation = 0.0;  ///< the body's surface included
+  double fitting = 0.0;     ///< what the camera sees included
 };
 
 struct CapturedGarment {
+  Eigen::Matrix3Xd unfitted;             ///< 3 × N [m], in the world, before depth came in
   Eigen::Matrix3Xd vertices;             ///< 3 × N [m], in the world
+  std::vector<std::uint8_t> visible;     ///< N: 1 = the camera sees it, unfitted
   std::vector<std::uint8_t> provenance;  ///< N: 0 simulated … 255 fitted to depth
-  std::vector<float> errorsBefore;       ///< of visible vertices before the fit, along the ray [m]
-  std::vector<float> errorsAfter;        ///< of visible vertices after it
-  RejectedTargets rejected;
+  RejectedTargets rejected;              ///< of the last look for targets; zeros without a fit
 };
 
-struct CapturedFrame {
+struct CaptureResult {
   avatar::BodyPose pose;
   TrackingStatus status = TrackingStatus::kTracked;
   Eigen::Matrix3Xd bodyVertices;  ///< 3 × V [m]
@@ -120,24 +114,29 @@ class CaptureSession {
 
   /// The next frame. In the first one the person is dressed: simulated from the A-pose. A lost body
   /// is believed, but nothing is fitted.
-  CapturedFrame processFrame(const ObservedFrame& frame);
+  CaptureResult processFrame(const ObservedFrame& frame);
 
   CaptureState state() const;
 
-  /// To go on from where another session of the same person, camera and options stood.
+  /// To go on from where a session of the same person, camera and options stood. The world is made
+  /// anew, so that all that do this go on the same way: this session too, whose contacts remember
+  /// more than a state says.
   void restore(const CaptureState& state);
 
  private:
   struct Layer;
 
+  bullet_ext::CaptureSetup captureSetup(int threads) const;
   avatar::SurfaceAttachment attachedPins(const avatar::Garment& garment) const;
   Eigen::Matrix3Xd bodySurface(const avatar::BodyPose& pose) const;
   Eigen::Matrix3Xd skinned(int garment, const avatar::BodyPose& pose) const;
   void dress(const avatar::BodyPose& pose);
   bool simulate(const Eigen::Matrix3Xd& body, double duration);
-  void follow(const avatar::BodyPose& pose, CapturedFrame& result) const;
-  void fit(const ObservedFrame& frame, CapturedFrame& result);
+  void follow(const avatar::BodyPose& pose);
+  bool moveGarments(const ObservedFrame& frame, const Eigen::Matrix3Xd& body);
   std::vector<GarmentView> view(const Eigen::Matrix3Xd& body);
+  std::vector<GarmentTargets> fit(
+      const ObservedFrame& frame, const std::vector<GarmentView>& views);
   std::vector<GarmentTargets> findTargets(
       const std::vector<GarmentView>& views, const DepthCloud& cloud) const;
   void pull(const std::vector<GarmentTargets>& targets);
@@ -148,6 +147,7 @@ class CaptureSession {
   CaptureOptions options_;
   avatar::Skinning skinning_;
   avatar::ShapedBody shaped_;
+  bullet_ext::CaptureSetup setup_;
   std::unique_ptr<bullet_ext::CaptureWorld> world_;
   LayerViewer viewer_;
   std::vector<Layer> layers_;

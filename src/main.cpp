@@ -51,6 +51,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addRender(program, chosen);
   addSimulate(program, chosen);
   addSynth(program, chosen);
+  addCapture(program, chosen);
   addCompare(program, chosen);
   addEvaluate(program, chosen);
   addMeasure(program, chosen);

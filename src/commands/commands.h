@@ -27,6 +27,7 @@ class UsageError : public std::runtime_error {
 using ChosenCommand = std::function<void(const CommandContext&)>;
 
 // One function and one file per verb: adds the verb with its options to the program.
+void addCapture(CLI::App& program, ChosenCommand& chosen);
 void addCompare(CLI::App& program, ChosenCommand& chosen);
 void addDemo(CLI::App& program, ChosenCommand& chosen);
 void addDress(CLI::App& program, ChosenCommand& chosen);

@@ -1,10 +1,12 @@
 #include "src/evaluation/camera_file.h"
 
+#include "avatar/io/atomic_file.h"
 #include "avatar/io/file_error.h"
 
 #include <nlohmann/json.hpp>
 
 #include <fstream>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -56,6 +58,18 @@ Eigen::Isometry3d readCameraFromWorld(const std::string& path) {
     throw avatar::FileError(
         path, kKey, "expected a rotation and a translation [m] in rows, 0 0 0 1 in the last");
   return camera;
+}
+
+void writeCameraFromWorld(const std::string& path, const Eigen::Isometry3d& cameraFromWorld) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (int row = 0; row < 4; ++row) {
+    nlohmann::json numbers = nlohmann::json::array();
+    for (int column = 0; column < 4; ++column)
+      numbers.push_back(cameraFromWorld.matrix()(row, column));
+    rows.push_back(std::move(numbers));
+  }
+  avatar::writeFileAtomically(
+      path, nlohmann::json{{"camera_from_world", std::move(rows)}}.dump(1) + "\n");
 }
 
 }  // namespace simulcap

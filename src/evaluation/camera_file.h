@@ -10,4 +10,7 @@ namespace simulcap {
 /// avatar::FileError: missing, no JSON, not a rigid transform.
 Eigen::Isometry3d readCameraFromWorld(const std::string& path);
 
+/// Written whole or not at all. Throws avatar::FileError.
+void writeCameraFromWorld(const std::string& path, const Eigen::Isometry3d& cameraFromWorld);
+
 }  // namespace simulcap

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace simulcap {
 
@@ -30,6 +31,22 @@ double Distribution::quantile(double share) const {
       return std::min(max_, (static_cast<double>(bin) + 0.5) * binWidth_);
   }
   return max_;  // the bins' sum may differ from the total by rounding
+}
+
+std::vector<double> Distribution::state() const {
+  std::vector<double> state = {totalWeight_, sum_, max_};
+  state.insert(state.end(), bins_.begin(), bins_.end());
+  return state;
+}
+
+void Distribution::restore(const std::vector<double>& state) {
+  constexpr std::size_t kNumOthers = 3;
+  if (state.size() != bins_.size() + kNumOthers)
+    throw std::invalid_argument("Distribution: that is no state of one");
+  totalWeight_ = state[0];
+  sum_ = state[1];
+  max_ = state[2];
+  std::copy(state.begin() + kNumOthers, state.end(), bins_.begin());
 }
 
 EdgeStrain::EdgeStrain(const avatar::TriangleMesh& rest)

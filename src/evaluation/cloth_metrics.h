@@ -32,6 +32,12 @@ class Distribution {
   /// values.
   double quantile(double share) const;
 
+  /// Total weight, sum, maximum and the bins, to go on from later.
+  std::vector<double> state() const;
+
+  /// Throws std::invalid_argument for what is no state.
+  void restore(const std::vector<double>& state);
+
  private:
   static constexpr int kNumBins = 20000;
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -76,8 +77,20 @@ PerformanceWriter::PerformanceWriter(
     std::string path, PerformanceLayout layout, PerformanceStart start)
     : path_(std::move(path)), folder_(path_ + ".parts"), layout_(std::move(layout)) {
   requireValid(layout_);
-  if (start == PerformanceStart::kNew || !resume())
+  if (start == PerformanceStart::kNew || !resume(std::numeric_limits<std::int64_t>::max()))
     begin();
+}
+
+PerformanceWriter::PerformanceWriter(
+    std::string path, PerformanceLayout layout, std::int64_t numFrames)
+    : path_(std::move(path)), folder_(path_ + ".parts"), layout_(std::move(layout)) {
+  requireValid(layout_);
+  if (!resume(numFrames) || numFrames_ < numFrames)
+    throw avatar::FileError(
+        folder_,
+        "",
+        "holds " + std::to_string(numFrames_) + " of the " + std::to_string(numFrames) +
+            " frames that were captured; start anew");
 }
 
 std::vector<PerformanceWriter::Part> PerformanceWriter::parts() const {
@@ -122,13 +135,13 @@ void PerformanceWriter::begin() {
     avatar::writeFileAtomically(partPath(key), textOf(avatar::formatNpy(array)));
 }
 
-bool PerformanceWriter::resume() {
+bool PerformanceWriter::resume(std::int64_t mostFrames) {
   if (!fs::exists(partPath(kLastPart)))
     return false;
   requireSameLayout();
   // A run may have ended between two parts of a frame: only whole frames count.
   const std::vector<Part> all = parts();
-  numFrames_ = avatar::countNpyRows(partPath("poses"), all.front().rows);
+  numFrames_ = mostFrames;
   for (const Part& part : all)
     numFrames_ = std::min(numFrames_, avatar::countNpyRows(partPath(part.key), part.rows));
   for (const Part& part : all)

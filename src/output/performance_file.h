@@ -57,6 +57,10 @@ class PerformanceWriter {
   PerformanceWriter(
       std::string path, PerformanceLayout layout, PerformanceStart start = PerformanceStart::kNew);
 
+  /// Goes on after the first `numFrames` frames of an interrupted run, as kContinue does. Throws
+  /// avatar::FileError when there aren't as many.
+  PerformanceWriter(std::string path, PerformanceLayout layout, std::int64_t numFrames);
+
   /// Throws std::invalid_argument for a frame that doesn't fit the layout or isn't finite,
   /// avatar::FileError when the disk is full.
   void append(const PerformanceFrame& frame);
@@ -78,7 +82,7 @@ class PerformanceWriter {
   std::string partPath(const std::string& key) const;
   void begin();
   /// False when there is nothing to go on from.
-  bool resume();
+  bool resume(std::int64_t mostFrames);
   void requireSameLayout() const;
   void requireFits(const PerformanceFrame& frame) const;
 

@@ -21,7 +21,8 @@ TEST(Program, HelpExplainsEveryVerb) {
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_EQ(help.err, "");
   for (const std::string verb :
-       {"compare",
+       {"capture",
+        "compare",
         "demo",
         "dress",
         "evaluate",

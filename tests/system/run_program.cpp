@@ -1,5 +1,6 @@
 #include "tests/system/run_program.h"
 
+#include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
@@ -33,6 +34,11 @@ void becomeProgram(
 }  // namespace
 
 ProgramRun runProgram(const std::vector<std::string>& arguments) {
+  return runProgramUntil(arguments, [] { return false; });
+}
+
+ProgramRun runProgramUntil(
+    const std::vector<std::string>& arguments, const std::function<bool()>& reached) {
   const TemporaryFolder folder;
   const std::string out = folder / "stdout";
   const std::string err = folder / "stderr";
@@ -44,7 +50,11 @@ ProgramRun runProgram(const std::vector<std::string>& arguments) {
     _exit(127);
   }
   int status = 0;
-  waitpid(child, &status, 0);
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    if (reached())
+      kill(child, SIGKILL);
+    usleep(1000);
+  }
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, fileBytes(out), fileBytes(err)};
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ struct ProgramRun {
 
 /// Runs the real `simulcap` with these arguments (no shell in between, stdin empty).
 ProgramRun runProgram(const std::vector<std::string>& arguments);
+
+/// The same, but killed as soon as `reached` is true.
+ProgramRun runProgramUntil(
+    const std::vector<std::string>& arguments, const std::function<bool()>& reached);
 
 /// A folder of this test's own, empty at first and removed at the end.
 class TemporaryFolder {

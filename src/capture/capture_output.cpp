@@ -1,0 +1,182 @@
+#include "src/capture/capture_output.h"
+
+#include "avatar/io/atomic_file.h"
+#include "avatar/io/avatar_file.h"
+#include "avatar/io/file_error.h"
+#include "avatar/io/performance_glb.h"
+#include "src/evaluation/camera_file.h"
+#include "src/evaluation/posed_avatar.h"
+#include "src/output/image_file.h"
+#include "src/output/performance_reader.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace simulcap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kSheetMoments = 8;
+
+void remove(const std::string& path) {
+  std::error_code ignored;
+  fs::remove(path, ignored);
+}
+
+bool sameBytes(const std::string& a, const std::string& b) {
+  std::ifstream first(a, std::ios::binary), second(b, std::ios::binary);
+  using Bytes = std::istreambuf_iterator<char>;
+  return first && second && std::equal(Bytes(first), Bytes(), Bytes(second), Bytes());
+}
+
+bool isMoment(int ordinal, int numFrames) {
+  const int last = std::max(1, numFrames - 1);
+  for (int i = 0; i < kSheetMoments; ++i) {
+    if (ordinal == i * last / (kSheetMoments - 1))
+      return true;
+  }
+  return false;
+}
+
+std::string momentLabel(const RgbdFrame& picture) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%d: %.2f s", picture.index, picture.timestamp);
+  return text;
+}
+
+std::vector<float> personDepth(const DepthCloud& cloud) {
+  std::vector<float> depth = cloud.depth;
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    depth[i] = cloud.person[i] != 0 ? depth[i] : 0.0F;
+  return depth;
+}
+
+}  // namespace
+
+CaptureOutput::CaptureOutput(fs::path folder, CaptureOutputSetup setup)
+    : folder_(std::move(folder)), setup_(std::move(setup)) {
+  if (setup_.resume && fs::exists(path("checkpoint.npz")))
+    resume();
+  else
+    begin();
+}
+
+PerformanceLayout CaptureOutput::layout() const {
+  PerformanceLayout layout;
+  layout.framesPerSecond = setup_.framesPerSecond;
+  layout.betas = setup_.avatar.body.betas;
+  for (const avatar::Garment& garment : setup_.avatar.garments)
+    layout.garments.push_back(
+        {garment.name, static_cast<int>(garment.mesh.numVertices()), garment.mesh.faces});
+  return layout;
+}
+
+void CaptureOutput::begin() {
+  remove(path("checkpoint.npz"));  // of another capture
+  avatar::writeAvatar(path("avatar.glb"), setup_.avatar);
+  performance_.emplace(path("performance.npz"), layout());
+}
+
+/// Without the parts of performance.npz that file itself is whole, and only what is made of it is
+/// missing.
+void CaptureOutput::resume() {
+  resumed_ = readCheckpoint(path("checkpoint.npz"));
+  const std::string again = path("avatar.glb.new");
+  avatar::writeAvatar(again, setup_.avatar);
+  const bool sameAvatar = sameBytes(again, path("avatar.glb"));
+  remove(again);
+  if (!sameAvatar || resumed_->settings != setup_.settings)
+    throw avatar::FileError(
+        path("checkpoint.npz"),
+        "",
+        "was left by a capture with another avatar or other settings (" + resumed_->settings +
+            "); start anew without --resume");
+  numFrames_ = resumed_->numFrames;
+  figures_ = resumed_->figures;
+  if (fs::exists(path("performance.npz.parts")))
+    performance_.emplace(path("performance.npz"), layout(), numFrames_);
+}
+
+void CaptureOutput::keepPicture(const TrackedFrame& frame) {
+  if (isMoment(frame.ordinal, setup_.numFrames))
+    moments_.push_back(
+        {momentLabel(frame.picture),
+         frame.picture.index,
+         frame.picture.color,
+         personDepth(frame.observed.cloud),
+         {},
+         {}});
+}
+
+void CaptureOutput::add(
+    const TrackedFrame& frame, const CaptureResult& result, const avatar::Camera& camera) {
+  PerformanceFrame row{.pose = result.pose, .garments = {}, .recordingIndex = frame.picture.index};
+  for (const CapturedGarment& garment : result.garments)
+    row.garments.push_back({garment.vertices.cast<float>(), garment.provenance});
+  performance_->append(row);
+  ++numFrames_;
+  figures_.add(result, camera, frame.observed.cloud);
+  keepPicture(frame);
+}
+
+bool CaptureOutput::wantsCheckpoint() const {
+  return numFrames_ % setup_.checkpointInterval == 0;
+}
+
+CaptureState CaptureOutput::checkpointed(const TrackingState& tracking, CaptureState cloth) {
+  CaptureCheckpoint checkpoint{setup_.settings, numFrames_, tracking, std::move(cloth), figures_};
+  writeCheckpoint(path("checkpoint.npz"), checkpoint);
+  return std::move(checkpoint.cloth);
+}
+
+void CaptureOutput::finish(const avatar::Camera& camera) {
+  writeCameraFromWorld(path("camera.json"), camera.cameraFromWorld);
+  if (performance_)
+    performance_->finish();
+  writeFromPerformance(camera);
+  remove(path("checkpoint.npz"));
+}
+
+/// performance.glb and the contact sheet, from the file: an interrupted capture has nothing else.
+void CaptureOutput::writeFromPerformance(const avatar::Camera& camera) {
+  const auto most = static_cast<std::int64_t>(avatar::kMaxPerformanceFrames);
+  const auto stride = static_cast<int>((numFrames_ + most - 1) / most);
+  const PosedAvatarBody body(setup_.avatar.body, setup_.model);
+  PerformanceReader reader(path("performance.npz"));
+  std::vector<PerformanceFrame> viewersFrames;
+  std::size_t moment = 0;
+  for (int row = 0; std::optional<PerformanceFrame> frame = reader.next(); ++row) {
+    if (moment < moments_.size() && moments_[moment].recordingIndex == frame->recordingIndex) {
+      moments_[moment].body = body.vertices(frame->pose);
+      for (const PerformanceFrame::Garment& garment : frame->garments)
+        moments_[moment].garments.emplace_back(garment.vertices.cast<double>());
+      ++moment;
+    }
+    if (row % stride == 0)
+      viewersFrames.push_back(std::move(*frame));
+  }
+  writeViewersFile(viewersFrames, stride);
+  if (!moments_.empty())
+    writePng(path("contact_sheet.png"), composed(captureSheet(setup_.avatar, moments_, camera)));
+}
+
+void CaptureOutput::writeViewersFile(
+    const std::vector<PerformanceFrame>& frames, int stride) const {
+  avatar::Motion motion;
+  motion.framesPerSecond = setup_.framesPerSecond / stride;
+  for (const PerformanceFrame& frame : frames)
+    motion.frames.push_back(frame.pose);
+  const auto garmentFrames = [&](std::size_t garment, std::size_t frame) -> Eigen::Matrix3Xd {
+    return frames[frame].garments[garment].vertices.cast<double>();
+  };
+  avatar::writePerformanceGlb(
+      path("performance.glb"), avatar::dressedPerformance(setup_.avatar, motion, garmentFrames));
+}
+
+}  // namespace simulcap

@@ -1,0 +1,223 @@
+#include "src/capture/capture_pictures.h"
+
+#include "avatar/geometry/measures.h"
+#include "avatar/geometry/rasterizer.h"
+#include "src/output/body_view.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace simulcap {
+namespace {
+
+constexpr int kPanelWidth = 240;
+constexpr int kPanelHeight = 280;
+const Eigen::Vector3d kUnmeasured(0.6, 0.6, 0.6);
+
+Eigen::AlignedBox2d seenBox(const Eigen::Matrix3Xd& vertices, const avatar::Camera& camera) {
+  Eigen::AlignedBox2d box;
+  for (const auto& vertex : vertices.colwise()) {
+    const Eigen::Vector3d pixel = avatar::project(camera, vertex);
+    if (pixel.z() > 0.0)
+      box.extend(Eigen::Vector2d(pixel.head<2>()));
+  }
+  return box;
+}
+
+/// The camera with its image cut to the person and brought to a panel's size, at one scale for all
+/// moments.
+std::vector<avatar::Camera> panelCameras(
+    const std::vector<CaptureMoment>& moments, const avatar::Camera& camera) {
+  constexpr double kMargin = 1.1;
+  std::vector<Eigen::AlignedBox2d> boxes;
+  Eigen::Vector2d largest(1.0, 1.0);
+  for (const CaptureMoment& moment : moments) {
+    boxes.push_back(seenBox(moment.body, camera));
+    if (!boxes.back().isEmpty())
+      largest = largest.cwiseMax(boxes.back().sizes());
+  }
+  const double scale = std::min(kPanelWidth / largest.x(), kPanelHeight / largest.y()) / kMargin;
+  std::vector<avatar::Camera> cameras;
+  for (const Eigen::AlignedBox2d& box : boxes) {
+    const Eigen::Vector2d centre =
+        box.isEmpty() ? Eigen::Vector2d(camera.cx, camera.cy) : box.center();
+    avatar::Camera panel = camera;
+    panel.width = kPanelWidth;
+    panel.height = kPanelHeight;
+    panel.fx *= scale;
+    panel.fy *= scale;
+    panel.cx = (camera.cx - centre.x()) * scale + 0.5 * (kPanelWidth - 1);
+    panel.cy = (camera.cy - centre.y()) * scale + 0.5 * (kPanelHeight - 1);
+    cameras.push_back(panel);
+  }
+  return cameras;
+}
+
+/// The camera's picture as the panel's camera would see it; white beyond its edge.
+avatar::ColorImage cut(
+    const avatar::ColorImage& image, const avatar::Camera& camera, const avatar::Camera& panel) {
+  avatar::ColorImage result{panel.width, panel.height, {}};
+  result.rgb.assign(static_cast<std::size_t>(3) * panel.width * panel.height, 255);
+  const double pixels = camera.fx / panel.fx;
+  for (int y = 0; y < panel.height; ++y) {
+    const auto v = static_cast<int>(std::lround(camera.cy + (y - panel.cy) * pixels));
+    for (int x = 0; x < panel.width; ++x) {
+      const auto u = static_cast<int>(std::lround(camera.cx + (x - panel.cx) * pixels));
+      if (u < 0 || u >= image.width || v < 0 || v >= image.height)
+        continue;
+      const auto from = image.rgb.begin() + 3 * (std::ptrdiff_t{image.width} * v + u);
+      std::copy(from, from + 3, result.rgb.begin() + 3 * (std::ptrdiff_t{panel.width} * y + x));
+    }
+  }
+  return result;
+}
+
+std::vector<PicturedMesh> dressed(
+    const avatar::LayeredAvatar& avatar, const CaptureMoment& moment) {
+  std::vector<PicturedMesh> meshes = {{{moment.body, avatar.body.mesh.faces}, avatar.body.color}};
+  for (std::size_t i = 0; i < moment.garments.size(); ++i)
+    meshes.push_back(
+        {{moment.garments[i], avatar.garments[i].mesh.faces}, avatar.garments[i].color});
+  return meshes;
+}
+
+/// The capture over a picture, half transparent.
+avatar::ColorImage overlaid(
+    avatar::ColorImage picture,
+    const std::vector<PicturedMesh>& meshes,
+    const avatar::Camera& camera) {
+  std::vector<avatar::ShadedMesh> shaded;
+  std::vector<avatar::MeshView> surfaces;
+  for (const PicturedMesh& mesh : meshes) {
+    shaded.push_back({.mesh = mesh.mesh, .color = mesh.color});
+    surfaces.emplace_back(mesh.mesh);
+  }
+  const avatar::ColorImage over = avatar::shade(shaded, camera);
+  const avatar::RasterImage mask = avatar::rasterize(surfaces, camera);
+  for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
+    if (mask.object[i / 3] >= 0)
+      picture.rgb[i] = static_cast<std::uint8_t>((picture.rgb[i] + 2 * over.rgb[i]) / 3);
+  }
+  return picture;
+}
+
+/// `error` [m]: measured less captured depth.
+Eigen::Vector3d errorColor(double error) {
+  constexpr double kFull = 0.02;  // [m]
+  const double share = std::min(1.0, std::abs(error) / kFull);
+  const Eigen::Vector3d full =
+      error > 0.0 ? Eigen::Vector3d(0.85, 0.1, 0.1) : Eigen::Vector3d(0.1, 0.25, 0.9);
+  return (1.0 - share) * Eigen::Vector3d(0.95, 0.95, 0.95) + share * full;
+}
+
+Eigen::Matrix3Xd errorColors(
+    const Eigen::Matrix3Xd& vertices,
+    const std::vector<float>& depth,
+    const avatar::Camera& camera) {
+  constexpr double kGate = 0.1;  // farther away it is something else that was measured [m]
+  Eigen::Matrix3Xd colors = kUnmeasured.replicate(1, vertices.cols());
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+    const Eigen::Vector3d pixel = avatar::project(camera, vertices.col(v));
+    const double x = std::round(pixel.x());
+    const double y = std::round(pixel.y());
+    if (!(pixel.z() > 0.0 && x >= 0.0 && x < camera.width && y >= 0.0 && y < camera.height))
+      continue;
+    const auto index = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                       static_cast<std::size_t>(x);
+    const auto measured = static_cast<double>(depth[index]);
+    if (measured > 0.0 && std::abs(measured - pixel.z()) < kGate)
+      colors.col(v) = errorColor(measured - pixel.z());
+  }
+  return colors;
+}
+
+avatar::ColorImage errorPicture(
+    const avatar::LayeredAvatar& avatar,
+    const CaptureMoment& moment,
+    const avatar::Camera& camera,
+    const avatar::Camera& panel) {
+  std::vector<Eigen::Matrix3Xd> colors;
+  for (const Eigen::Matrix3Xd& garment : moment.garments)
+    colors.push_back(errorColors(garment, moment.depth, camera));
+  std::vector<avatar::ShadedMesh> meshes = {
+      {.mesh = {moment.body, avatar.body.mesh.faces}, .color = kUnmeasured}};
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    meshes.push_back(
+        {.mesh = {moment.garments[i], avatar.garments[i].mesh.faces}, .vertexColors = &colors[i]});
+  return avatar::shade(meshes, panel);
+}
+
+/// Of one size, each about its person.
+std::vector<Eigen::AlignedBox3d> momentBoxes(const std::vector<CaptureMoment>& moments) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  Eigen::Vector3d largest = Eigen::Vector3d::Zero();
+  for (const CaptureMoment& moment : moments) {
+    Eigen::AlignedBox3d box;
+    for (const auto& vertex : moment.body.colwise())
+      box.extend(Eigen::Vector3d(vertex));
+    largest = largest.cwiseMax(box.sizes());
+    boxes.push_back(box);
+  }
+  for (Eigen::AlignedBox3d& box : boxes) {
+    const Eigen::Vector3d center = box.center();
+    box = {center - 0.5 * largest, center + 0.5 * largest};
+  }
+  return boxes;
+}
+
+}  // namespace
+
+avatar::ColorImage depthPicture(const std::vector<float>& depth, int width, int height) {
+  float nearest = 1e9F, farthest = 0.0F;
+  for (const float z : depth) {
+    if (z > 0.0F) {
+      nearest = std::min(nearest, z);
+      farthest = std::max(farthest, z);
+    }
+  }
+  const float range = std::max(0.01F, farthest - nearest);
+  avatar::ColorImage image{width, height, {}};
+  image.rgb.reserve(3 * depth.size());
+  for (const float z : depth) {
+    const float gray = z > 0.0F ? 230.0F - 150.0F * (z - nearest) / range : 255.0F;
+    image.rgb.insert(image.rgb.end(), 3, static_cast<std::uint8_t>(gray));
+  }
+  return image;
+}
+
+ContactSheet captureSheet(
+    const avatar::LayeredAvatar& avatar,
+    const std::vector<CaptureMoment>& moments,
+    const avatar::Camera& camera) {
+  const std::vector<avatar::Camera> panels = panelCameras(moments, camera);
+  const std::vector<Eigen::AlignedBox3d> boxes = momentBoxes(moments);
+  std::vector<avatar::ColorImage> seen;
+  std::vector<std::vector<PicturedMesh>> captured;
+  ContactSheet sheet;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const CaptureMoment& moment = moments[i];
+    sheet.columnLabels.push_back(moment.label);
+    seen.push_back(
+        cut(moment.color.rgb.empty() ? depthPicture(moment.depth, camera.width, camera.height)
+                                     : moment.color,
+            camera,
+            panels[i]));
+    captured.push_back(dressed(avatar, moment));
+  }
+  sheet.rowLabels = {"camera", "capture over it", "depth error", "three-quarter", "back"};
+  sheet.panels = seen;
+  for (std::size_t i = 0; i < moments.size(); ++i)
+    sheet.panels.push_back(overlaid(seen[i], captured[i], panels[i]));
+  for (std::size_t i = 0; i < moments.size(); ++i)
+    sheet.panels.push_back(errorPicture(avatar, moments[i], camera, panels[i]));
+  for (const char* view : {"three-quarter", "back"}) {
+    for (std::size_t i = 0; i < moments.size(); ++i)
+      sheet.panels.push_back(picture(
+          captured[i], bodyView(view), boxes[i], {.width = kPanelWidth, .height = kPanelHeight}));
+  }
+  return sheet;
+}
+
+}  // namespace simulcap

@@ -1,0 +1,138 @@
+#include "src/capture/tracked_recording.h"
+
+#include "avatar/io/file_error.h"
+#include "src/input/recording.h"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+namespace simulcap {
+namespace {
+
+/// Nobody's way is known over a longer gap, and its simulation would take as long [s].
+constexpr double kLongestFrame = 0.25;
+
+double millisecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+}  // namespace
+
+TrackedRecording::TrackedRecording(
+    const std::string& folder, TrackedPerson person, const FrameRange& range)
+    : person_(std::move(person)),
+      range_(range),
+      source_(openRecording(folder)),
+      preparation_(source_->info().camera) {
+  if (range.first < 0 || (range.count && *range.count < 1))
+    throw std::invalid_argument("TrackedRecording: a range has frames and begins at 0 or later");
+  if (source_->info().numFrames && range.first >= *source_->info().numFrames)
+    throw avatar::FileError(
+        folder,
+        "",
+        "has " + std::to_string(*source_->info().numFrames) + " frames, none from number " +
+            std::to_string(range.first) + " on");
+}
+
+int TrackedRecording::numFrames() const {
+  const int left = source_->info().numFrames.value_or(0) - range_.first;
+  return std::max(0, std::min(left, range_.count.value_or(left)));
+}
+
+bool TrackedRecording::inRange() const {
+  return !range_.count || numRead_ < range_.first + *range_.count;
+}
+
+const avatar::Camera& TrackedRecording::camera() const {
+  if (!camera_)
+    throw std::logic_error("TrackedRecording: the camera is known from the first frame on");
+  return *camera_;
+}
+
+TrackingState TrackedRecording::state() const {
+  return {lastFrame_, tracker_ ? tracker_->state() : TrackerState{}};
+}
+
+std::optional<TrackedFrame> TrackedRecording::next(TrackedFrame recycled) {
+  TrackedFrame frame;
+  DepthCloud cloud = std::move(recycled.observed.cloud);
+  while (inRange()) {
+    const auto start = std::chrono::steady_clock::now();
+    std::optional<RgbdFrame> picture = source_->next();
+    if (!picture)
+      break;
+    if (numRead_++ < range_.first)
+      continue;
+    frame.ordinal = numRead_ - 1 - range_.first;
+    frame.picture = std::move(*picture);
+    frame.observed.cloud = preparation_(frame.picture, std::move(cloud));
+    frame.inputMs = millisecondsSince(start);
+    if (findBody(frame))
+      return frame;
+    ++framesLeftOut_;
+    cloud = std::move(frame.observed.cloud);
+  }
+  return std::nullopt;
+}
+
+/// False: there is nobody yet.
+bool TrackedRecording::findBody(TrackedFrame& frame) {
+  const auto start = std::chrono::steady_clock::now();
+  if (!camera_ && preparation_.captureFrame())
+    begin();
+  if (!camera_)
+    return false;
+  if (person_.poses)
+    frame.observed.body = knownBody(frame.picture);
+  else if (!wasCaptured(frame.picture))
+    frame.observed.body = tracker_->track(frame.observed.cloud, frame.picture.timestamp);
+  if (tracker_ && tracker_->state().framesTracked == 0)
+    return false;
+  lastFrame_ = frame.picture.index;
+  const double usual = 1.0 / source_->info().framesPerSecond;
+  const double time = frame.picture.timestamp;
+  frame.observed.duration = std::min(kLongestFrame, lastTime_ ? time - *lastTime_ : usual);
+  lastTime_ = time;
+  frame.trackingMs = millisecondsSince(start);
+  return true;
+}
+
+/// The first frame in which the person is found defines the world.
+void TrackedRecording::begin() {
+  camera_ = source_->info().camera;
+  if (person_.poses) {
+    camera_->cameraFromWorld = person_.poses->cameraFromWorld;
+    return;
+  }
+  camera_->cameraFromWorld = preparation_.captureFrame()->cameraFromWorld;
+  TrackerOptions options;
+  if (preparation_.captureFrame()->floorSeen)
+    options.floorHeight = 0.0;
+  tracker_.emplace(person_.model, *camera_, options);
+  tracker_->setBetas(person_.betas);
+  tracker_->setOuterLayer(person_.outer);
+  if (resumed_)
+    tracker_->restore(resumed_->tracker);
+}
+
+bool TrackedRecording::wasCaptured(const RgbdFrame& picture) const {
+  return resumed_ && picture.index <= resumed_->lastFrame;
+}
+
+TrackedBody TrackedRecording::knownBody(const RgbdFrame& picture) const {
+  TrackedBody body;
+  const auto frame = static_cast<std::size_t>(picture.index);
+  if (frame >= person_.poses->motion.frames.size())
+    throw std::runtime_error(
+        "the poses end before frame " + std::to_string(picture.index) +
+        "; capture fewer frames with --frames");
+  body.pose = person_.poses->motion.frames[frame];
+  body.status = TrackingStatus::kTracked;
+  body.jointConfidence.fill(1.0);
+  return body;
+}
+
+}  // namespace simulcap

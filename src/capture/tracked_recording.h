@@ -1,0 +1,106 @@
+#pragma once
+
+#include "avatar/body_model.h"
+#include "avatar/motion.h"
+#include "src/capture/observed_frame.h"
+#include "src/input/capture_frame.h"
+#include "src/input/depth_preparation.h"
+#include "src/input/frame_source.h"
+#include "src/tracking/body_tracker.h"
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace simulcap {
+
+/// Which frames of a recording are looked at, in the order in which they come.
+struct FrameRange {
+  int first = 0;             ///< of the usable frames, from 0
+  std::optional<int> count;  ///< ≥ 1; absent: all that follow
+};
+
+/// Poses that are known beforehand.
+struct KnownPoses {
+  avatar::Motion motion;  ///< a frame per number within the recording
+  Eigen::Isometry3d cameraFromWorld = Eigen::Isometry3d::Identity();  ///< of the poses' world
+};
+
+/// The body of the person in a recording.
+struct TrackedPerson {
+  const avatar::BodyModel& model;
+  Eigen::VectorXd betas;                 ///< known: not estimated
+  OuterLayer outer;                      ///< its clothes
+  std::optional<KnownPoses> poses = {};  ///< instead of tracking
+};
+
+/// A recording's frame with the person found in it.
+struct TrackedFrame {
+  int ordinal = 0;  ///< among the range's usable frames, from 0
+  RgbdFrame picture;
+  ObservedFrame observed;  ///< a quarter of a second long at most
+  double inputMs = 0.0;    ///< wall time of reading and preparation
+  double trackingMs = 0.0;
+};
+
+/// Where an interrupted capture stood.
+struct TrackingState {
+  int lastFrame = -1;  ///< number within the recording; −1: none yet
+  TrackerState tracker;
+};
+
+/// Reads a recording frame by frame and follows a person through it: input, preparation, tracking.
+/// Frames before the person is found are left out. Memory doesn't grow with the recording.
+class TrackedRecording {
+ public:
+  /// Keeps a reference to the model. Throws avatar::FileError for a recording that can't be read,
+  /// std::invalid_argument for a person that can't be tracked.
+  TrackedRecording(const std::string& folder, TrackedPerson person, const FrameRange& range);
+
+  /// The next frame with the person; nothing at the end. `recycled`: an earlier one whose memory
+  /// may be used. Throws avatar::FileError.
+  std::optional<TrackedFrame> next(TrackedFrame recycled = {});
+
+  /// Goes on where another one of the same recording and person stood, from the first frame on:
+  /// up to `state.lastFrame` frames are read and prepared, because what is background is learned
+  /// from them, but their body isn't tracked.
+  void resume(const TrackingState& state) { resumed_ = state; }
+
+  TrackingState state() const;
+
+  /// In the capture's world. Throws std::logic_error before the first frame.
+  const avatar::Camera& camera() const;
+
+  const RecordingInfo& info() const { return source_->info(); }
+
+  /// Usable frames in the range, at most.
+  int numFrames() const;
+
+  int framesLeftOut() const { return framesLeftOut_; }  ///< before the person was found
+
+  std::vector<std::string> warnings() const { return source_->warnings(); }
+
+ private:
+  bool inRange() const;
+  void begin();
+  bool wasCaptured(const RgbdFrame& picture) const;
+  bool findBody(TrackedFrame& frame);
+  TrackedBody knownBody(const RgbdFrame& picture) const;
+
+  TrackedPerson person_;
+  FrameRange range_;
+  std::unique_ptr<FrameSource> source_;
+  DepthPreparation preparation_;
+  std::optional<avatar::Camera> camera_;  // once the person was found
+  std::optional<BodyTracker> tracker_;    // none with known poses
+  std::optional<TrackingState> resumed_;
+  int numRead_ = 0;
+  int lastFrame_ = -1;
+  int framesLeftOut_ = 0;
+  std::optional<double> lastTime_;  // of a frame with the person [s]
+};
+
+}  // namespace simulcap

@@ -1,0 +1,339 @@
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/io/avatar_file.h"
+#include "avatar/io/file_error.h"
+#include "avatar/io/motion_file.h"
+#include "bullet_ext/core/cloth_material.h"
+#include "src/capture/capture_output.h"
+#include "src/capture/tracked_recording.h"
+#include "src/capture_session.h"
+#include "src/commands/commands.h"
+#include "src/evaluation/camera_file.h"
+#include "src/evaluation/capture_evaluation.h"
+#include "src/evaluation/metrics_file.h"
+#include "src/evaluation/posed_avatar.h"
+#include "src/evaluation/stage_timing.h"
+#include "src/program/console.h"
+#include "src/program/machine.h"
+#include "src/program/version.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace simulcap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CaptureVerbOptions {
+  std::string sequence;
+  std::string avatar;
+  std::string body;
+  std::string output;
+  std::string material;
+  std::string method = "simulcap";
+  bool literal = false;
+  std::string poses;
+  std::string camera;
+  FrameRange range;
+  bool resume = false;
+  int checkpointInterval = 20;
+};
+
+/// Who is captured.
+struct Person {
+  avatar::LayeredAvatar avatar;
+  std::shared_ptr<const avatar::BodyModel> model;
+};
+
+Person readPerson(const CaptureVerbOptions& options) {
+  Person person{avatar::readAvatar(options.avatar), nullptr};
+  const std::string name = options.body.empty() ? person.avatar.body.model : options.body;
+  person.model = std::make_shared<avatar::BodyModel>(avatar::loadBody(name));
+  if (!definesJointsOf(*person.model, person.avatar.body))
+    throw avatar::FileError(
+        options.avatar,
+        "simulcap_body",
+        "its body isn't of the model " + name + "; give --body the model it was made with");
+  if (options.material.empty())
+    return person;
+  const bullet_ext::ClothMaterial material = bullet_ext::paperMaterial(options.material);
+  for (avatar::Garment& garment : person.avatar.garments) {
+    garment.cloth.stretchStiffness = material.stretchStiffness;
+    garment.cloth.torsionStiffness = material.torsionStiffness;
+    garment.cloth.edgeStretchStiffness.clear();
+    garment.cloth.edgeTorsionStiffness.clear();
+  }
+  return person;
+}
+
+/// `camera` is beside the poses where it isn't given.
+std::optional<KnownPoses> readPoses(const CaptureVerbOptions& options) {
+  if (options.poses.empty())
+    return std::nullopt;
+  const std::string camera = options.camera.empty()
+                                 ? (fs::path(options.poses).parent_path() / "camera.json").string()
+                                 : options.camera;
+  return KnownPoses{avatar::readMotion(options.poses).motion, readCameraFromWorld(camera)};
+}
+
+CaptureOptions captureOptions(const CaptureVerbOptions& options) {
+  CaptureOptions capture = options.literal ? CaptureOptions::literal() : CaptureOptions{};
+  const std::vector<std::string>& names = captureMethodNames();
+  capture.method = static_cast<CaptureMethod>(
+      std::find(names.begin(), names.end(), options.method) - names.begin());
+  return capture;
+}
+
+std::string settingsText(const CaptureVerbOptions& options) {
+  return std::string("simulcap ") + kVersion + ", --method " + options.method +
+         (options.literal ? ", --literal" : "") + ", --first " +
+         std::to_string(options.range.first) + ", --checkpoint " +
+         std::to_string(options.checkpointInterval) +
+         (options.poses.empty() ? "" : ", --poses " + options.poses);
+}
+
+/// Times of the frames that this run has captured.
+class FrameClock {
+ public:
+  /// A frame is done; it began when the one before was.
+  void add(const TrackedFrame& frame, const FrameTimes& times) {
+    const double total = lap();
+    const double known = frame.inputMs + frame.trackingMs + times.simulation + times.fitting;
+    add(FrameStage::kInput, frame.inputMs);
+    add(FrameStage::kBodyTracking, frame.trackingMs);
+    add(FrameStage::kClothSimulation, times.simulation);
+    add(FrameStage::kDepthFitting, times.fitting);
+    add(FrameStage::kOther, std::max(0.0, total - known));
+    add(FrameStage::kTotal, total);
+  }
+
+  /// A frame that isn't counted.
+  void skip() { lap(); }
+
+  const StageTiming& timing() const { return timing_; }
+
+ private:
+  using Milliseconds = std::chrono::duration<double, std::milli>;
+
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const Milliseconds time = now - start_;
+    start_ = now;
+    return time.count();
+  }
+
+  void add(FrameStage stage, double ms) { timing_.add(stage, Milliseconds(ms)); }
+
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  StageTiming timing_;
+};
+
+/// Strain, penetration and jitter, as evaluate measures them without a truth.
+nlohmann::json ownFigures(const std::string& folder, const CommandContext& context) {
+  CaptureEvaluation evaluation(folder, {.threads = context.threads});
+  while (evaluation.advance()) {
+  }
+  return evaluation.figures();
+}
+
+void report(const CaptureOutput& output, const TrackedRecording& frames, const Console& console) {
+  for (const std::string& warning : frames.warnings())
+    console.warn(warning);
+  const auto warnOf = [&](std::int64_t count, const char* what) {
+    if (count > 0)
+      console.warn(std::to_string(count) + what);
+  };
+  warnOf(frames.framesLeftOut(), " frames before the person was found are left out");
+  warnOf(output.figures().framesLost(), " frames with the body lost: its pose is a prediction");
+  warnOf(
+      output.figures().framesUnstable(),
+      " frames in which cloth blew up: it lost its momentum there");
+}
+
+void writeMetrics(
+    const CaptureVerbOptions& options,
+    const CaptureOutput& output,
+    const StageTiming& timing,
+    const CommandContext& context) {
+  nlohmann::json metrics = output.figures().json();
+  metrics.update(ownFigures(options.output, context));
+  metrics["program"] = std::string("simulcap ") + kVersion;
+  metrics["input"] = options.sequence;
+  metrics["method"] = options.method;
+  metrics["frames"] = output.numFrames();
+  metrics["machine"] = {{"cpu", cpuName()}, {"threads", context.threads}};
+  metrics["calibration_gflops"] = calibrationGflops();
+  metrics["timing_ms"] = timing.json();
+  const std::string path = (fs::path(options.output) / "metrics.json").string();
+  std::error_code none;
+  fs::remove(path, none);  // figures of another capture
+  mergeMetrics(path, metrics);
+  context.console.result(metrics.dump(1));
+}
+
+void requireConsistent(const CaptureVerbOptions& options) {
+  if (!options.camera.empty() && options.poses.empty())
+    throw UsageError("--camera: goes with --poses");
+  if (options.literal && options.method != captureMethodNames().front())
+    throw UsageError("--literal: goes with --method simulcap");
+}
+
+TrackedRecording openFrames(const CaptureVerbOptions& options, const Person& person) {
+  TrackedPerson tracked{
+      *person.model, person.avatar.body.betas, outerLayer(person.avatar), readPoses(options)};
+  return {options.sequence, std::move(tracked), options.range};
+}
+
+CaptureOutput openOutput(
+    const CaptureVerbOptions& options, const Person& person, const TrackedRecording& frames) {
+  return {
+      options.output,
+      {person.avatar,
+       person.model,
+       settingsText(options),
+       frames.info().framesPerSecond,
+       frames.numFrames(),
+       options.resume,
+       options.checkpointInterval}};
+}
+
+/// In the world that the first frame has defined, where an interrupted capture stood.
+std::unique_ptr<CaptureSession> startedSession(
+    const CaptureVerbOptions& options,
+    const Person& person,
+    const avatar::Camera& camera,
+    const CaptureOutput& output,
+    int threads) {
+  auto session = std::make_unique<CaptureSession>(
+      CapturePerson{*person.model, person.avatar}, camera, captureOptions(options), threads);
+  if (output.resumed())
+    session->restore(output.resumed()->cloth);
+  return session;
+}
+
+/// A frame's journey: read, prepared and tracked by `frames`, captured by the session, written.
+void capture(const CaptureVerbOptions& options, const CommandContext& context) {
+  requireConsistent(options);
+  const Person person = readPerson(options);
+  TrackedRecording frames = openFrames(options, person);
+  CaptureOutput output = openOutput(options, person, frames);
+  if (output.resumed())
+    frames.resume(output.resumed()->tracking);
+
+  std::unique_ptr<CaptureSession> session;
+  FrameClock clock;
+  auto progress = std::make_unique<Progress>(
+      context.console, "capturing", static_cast<long>(frames.numFrames()), "frames");
+  for (std::optional<TrackedFrame> frame = frames.next(); frame;
+       frame = frames.next(std::move(*frame))) {
+    if (output.isCaptured(*frame)) {
+      output.addCaptured(*frame);
+      clock.skip();
+    } else {
+      if (!session)
+        session = startedSession(options, person, frames.camera(), output, context.threads);
+      const CaptureResult result = session->processFrame(frame->observed);
+      output.add(*frame, result, frames.camera());
+      if (output.wantsCheckpoint())
+        session->restore(output.checkpointed(frames.state(), session->state()));
+      clock.add(*frame, result.times);
+    }
+    progress->advance();
+  }
+  progress.reset();
+  if (output.numFrames() == 0)
+    throw avatar::FileError(
+        options.sequence,
+        "",
+        "nobody was found in " + std::to_string(frames.framesLeftOut()) +
+            " frames; expected an upright person, 0.3 to 8 m from the camera");
+  if (session)
+    output.checkpointed(frames.state(), session->state());
+  output.finish(frames.camera());
+  report(output, frames, context.console);
+  writeMetrics(options, output, clock.timing(), context);
+}
+
+void addPoseOptions(CLI::App& verb, CaptureVerbOptions& options) {
+  verb.add_option(
+          "--poses",
+          options.poses,
+          "Known poses, AMASS-style .npz with a frame per frame number of SEQ, instead of tracking")
+      ->type_name("FILE");
+  verb.add_option(
+          "--camera",
+          options.camera,
+          "camera_from_world of the poses' world (default: camera.json beside the poses)")
+      ->type_name("FILE");
+}
+
+void addRangeOptions(CLI::App& verb, CaptureVerbOptions& options) {
+  verb.add_option("--first", options.range.first, "First frame, counted from 0")
+      ->check(CLI::Range(0, 100000000))
+      ->type_name("N")
+      ->capture_default_str();
+  verb.add_option("--frames", options.range.count, "Number of frames (default: all that follow)")
+      ->check(CLI::Range(1, 100000000))
+      ->type_name("N");
+}
+
+}  // namespace
+
+void addCapture(CLI::App& program, ChosenCommand& chosen) {
+  CLI::App* verb = program.add_subcommand(
+      "capture", "Body and clothes of a person in an RGB-D sequence, frame by frame");
+  const auto options = std::make_shared<CaptureVerbOptions>();
+  verb->add_option(
+          "SEQ",
+          options->sequence,
+          "Folder of the recording: depth/, intrinsics.json; or TUM RGB-D")
+      ->required();
+  verb->add_option("--avatar", options->avatar, "The person, dressed (.glb, as dress makes it)")
+      ->required()
+      ->type_name("FILE");
+  verb->add_option("-o,--output", options->output, "Folder to write to")->required();
+  verb->add_option(
+          "--body",
+          options->body,
+          "'default' or the body model .npz of the avatar (default: as the avatar says)")
+      ->type_name("BODY");
+  verb->add_option(
+          "--material",
+          options->material,
+          "The paper's cloth for all garments (default: their own)")
+      ->check(CLI::IsMember({"soft", "middle", "hard"}));
+  verb->add_option("--method", options->method, "How garments get from frame to frame")
+      ->check(CLI::IsMember(captureMethodNames()))
+      ->capture_default_str();
+  verb->add_flag(
+      "--literal",
+      options->literal,
+      "The paper's own numbers: 100 substeps of 1/3000 s of fitting, no filter over time");
+  addPoseOptions(*verb, *options);
+  addRangeOptions(*verb, *options);
+  verb->add_flag(
+      "--resume",
+      options->resume,
+      "Go on with an interrupted capture in the output folder; same result as without the pause");
+  verb->add_option(
+          "--checkpoint",
+          options->checkpointInterval,
+          "Frames after which a state to resume from is saved; contacts are looked for anew there")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N")
+      ->capture_default_str();
+  verb->callback([options, &chosen] {
+    chosen = [options](const CommandContext& context) { capture(*options, context); };
+  });
+}
+
+}  // namespace simulcap
