@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <utility>
 
 namespace simulcap {
@@ -87,15 +88,8 @@ class NearestPixels {
 DepthView::DepthView(const DepthCloud& cloud, const avatar::Camera& camera, int numPixelSamples)
     : cloud_(cloud), camera_(camera) {
   const auto isPerson = [&](int x, int y) { return cloud.person[cloud.index(x, y)] != 0; };
-  const auto count = [&](int x, int y) {
-    ++numPersonPixels_;
-    box_.extend(Eigen::Vector2i(x, y));
-  };
-  for (int y = 0; y < cloud.height; ++y) {
-    for (int x = 0; x < cloud.width; ++x)
-      if (isPerson(x, y))
-        count(x, y);
-  }
+  for (int y = 0; y < cloud.height; ++y)
+    countRow(y);
   if (numPersonPixels_ == 0)
     return;
   const double stride =
@@ -109,6 +103,20 @@ DepthView::DepthView(const DepthCloud& cloud, const avatar::Camera& camera, int 
         pixels_.push_back(sampleAt(along(0, column), along(1, row)));
   }
   buildNearestTable();
+}
+
+void DepthView::countRow(int y) {
+  const auto isSet = [](std::uint8_t person) { return person != 0; };
+  const auto begin = cloud_.person.begin() + static_cast<std::ptrdiff_t>(cloud_.index(0, y));
+  const auto end = begin + cloud_.width;
+  const auto first = std::find_if(begin, end, isSet);
+  if (first == end)
+    return;
+  const auto last =
+      std::find_if(std::make_reverse_iterator(end), std::make_reverse_iterator(first), isSet);
+  numPersonPixels_ += static_cast<int>(std::count_if(first, end, isSet));
+  box_.extend(Eigen::Vector2i(static_cast<int>(first - begin), y));
+  box_.extend(Eigen::Vector2i(static_cast<int>(last.base() - begin) - 1, y));
 }
 
 DepthView::PixelSample DepthView::sampleAt(int x, int y) const {

@@ -40,6 +40,7 @@ class DepthView {
   Eigen::Vector2i nearestPersonPixel(int x, int y) const;
 
  private:
+  void countRow(int y);
   PixelSample sampleAt(int x, int y) const;
   void buildNearestTable();
 

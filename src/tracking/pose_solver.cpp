@@ -71,10 +71,9 @@ Eigen::VectorXd limitedStep(const NormalEquations& equations) {
   constexpr double kMaxRotation = 0.35;  // [rad]
   constexpr double kMaxShift = 0.15;     // [m]
   constexpr double kMaxBeta = 0.7;
-  const Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> factor(equations.matrix);
-  Eigen::VectorXd step = factor.solve(equations.gradient);
-  step = -step;
-  if (!step.allFinite()) {
+  const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(equations.matrix);
+  Eigen::VectorXd step = -factor.solve(equations.gradient);
+  if (factor.info() != Eigen::Success || !step.allFinite()) {
     return Eigen::VectorXd::Zero(step.size());
   }
   for (Eigen::Index i = 0; i < TrackingLayout::kBetas; i += 3) {

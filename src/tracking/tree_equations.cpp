@@ -6,110 +6,187 @@ namespace simulcap {
 namespace {
 
 using SkinningWeights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-using Wrench = Eigen::Matrix<double, 6, 1>;
+using Lever = Eigen::Matrix<double, 6, 3>;
+using WrenchPair = Eigen::Matrix<double, 6, 6>;
 
-/// Products of wrenches and beta rows, before the tree is summed: 6 rows per joint, then B.
-struct BonePairs {
-  Eigen::MatrixXd products;  // only blocks with row joint ≥ column joint, and the betas' rows
-  Eigen::VectorXd gradient;
-  double weightedSquares = 0.0;
+/// All constraints of one sample: Σ w (r + n·δ)² = δᵀ A δ + 2 bᵀδ + Σ w r².
+struct SamplePull {
+  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  // A
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();      // b
 };
 
-/// nᵀ ∂v/∂β = Σ_k w_k nᵀ(∂g_k/∂β + R_k (S_v − ∂J_k/∂β)).
-void addBetaRow(
-    const TrackedSurface& surface,
-    const PosedSamples& at,
-    const SurfaceConstraint& constraint,
-    Eigen::VectorXd& row) {
-  row.setZero();
-  Eigen::Vector3d restDirection = Eigen::Vector3d::Zero();
-  for (SkinningWeights::InnerIterator it(surface.sampledModel().skinningWeights, constraint.sample);
-       it;
-       ++it) {
-    const auto k = static_cast<std::size_t>(it.col());
-    const Eigen::Vector3d local =
-        it.value() * (at.worldFromJoint[k].linear().transpose() * constraint.direction);
-    restDirection += local;
-    row.noalias() += it.value() * (at.jointShapeDerivatives[k].transpose() * constraint.direction);
-    row.noalias() -= surface.restJointShapeDerivatives()[k].transpose() * local;
+std::vector<SamplePull> pullsOf(
+    std::size_t numSamples, const std::vector<SurfaceConstraint>& constraints) {
+  std::vector<SamplePull> pulls(numSamples);
+  for (const SurfaceConstraint& constraint : constraints) {
+    SamplePull& pull = pulls[static_cast<std::size_t>(constraint.sample)];
+    const Eigen::Vector3d weighted = constraint.weight * constraint.direction;
+    pull.stiffness += weighted * constraint.direction.transpose();
+    pull.force += constraint.residual * weighted;
   }
-  row.noalias() +=
-      surface.sampledModel().shapeDirections.middleRows<3>(3 * constraint.sample).transpose() *
-      restDirection;
+  return pulls;
 }
 
-/// Adds one constraint's wrenches; `betaRow` may be empty.
-void addConstraint(
-    const TrackedSurface& surface,
-    const PosedSamples& at,
-    const SurfaceConstraint& constraint,
-    const Eigen::VectorXd& betaRow,
-    BonePairs& pairs) {
-  const Eigen::Vector3d rest = at.rest.col(constraint.sample);
-  const double pull = constraint.weight * constraint.residual;
-  std::array<Wrench, kMostModelJoints> wrenches;
-  std::array<Eigen::Index, kMostModelJoints> bones{};
-  std::size_t count = 0;
-  for (SkinningWeights::InnerIterator it(surface.sampledModel().skinningWeights, constraint.sample);
-       it;
-       ++it) {
-    const auto k = static_cast<std::size_t>(it.col());
-    const Eigen::Vector3d carried =
-        at.worldFromJoint[k] * Eigen::Vector3d(rest - at.restJoints.col(it.col()));
-    bones[count] = 6 * it.col();
-    wrenches[count].head<3>() = it.value() * carried.cross(constraint.direction);
-    wrenches[count].tail<3>() = it.value() * constraint.direction;
-    const Wrench weighted = constraint.weight * wrenches[count];
-    for (std::size_t other = 0; other <= count; ++other) {
-      pairs.products.block<6, 6>(bones[count], bones[other]).noalias() +=
-          weighted * wrenches[other].transpose();
-    }
-    pairs.gradient.segment<6>(bones[count]) += pull * wrenches[count];
-    if (betaRow.size() > 0) {
-      pairs.products.block(pairs.products.rows() - betaRow.size(), bones[count], betaRow.size(), 6)
-          .noalias() += betaRow * weighted.transpose();
-    }
-    ++count;
+/// Sums over samples, per tracked joint and pair of them.
+class WrenchSums {
+ public:
+  WrenchSums(const TrackedSurface& surface, const PosedSamples& at)
+      : surface_(surface),
+        at_(at),
+        numBetas_(at.jointShapeDerivatives.empty() ? 0 : surface.numBetas()),
+        pairs_(kNumTrackedJoints * kNumTrackedJoints, WrenchPair::Zero()),
+        betaCross_(Eigen::MatrixXd::Zero(numBetas_, 6 * kNumTrackedJoints)),
+        betaMatrix_(Eigen::MatrixXd::Zero(numBetas_, numBetas_)),
+        betaGradient_(Eigen::VectorXd::Zero(numBetas_)),
+        gradient_(Eigen::VectorXd::Zero(6 * kNumTrackedJoints)) {
+    const std::vector<int>& parents = surface.model().parents;
+    for (int bone = 0; bone < static_cast<int>(parents.size()); ++bone)
+      carriers_[static_cast<std::size_t>(bone)] =
+          bone < kNumTrackedJoints
+              ? bone
+              : carriers_[static_cast<std::size_t>(parents[static_cast<std::size_t>(bone)])];
+    if (numBetas_ > 0)
+      prepareBetas();
   }
-}
 
-BonePairs gatheredPairs(
+  void add(int sample, const SamplePull& pull) {
+    std::size_t count = 0;
+    for (SkinningWeights::InnerIterator it(weights(), sample); it; ++it)
+      addBone(it, sample, pull, count++);
+    if (numBetas_ > 0)
+      addBetas(sample, pull, count);
+  }
+
+  /// 6 rows per joint, then the betas: lower triangle, what each joint moves with its subtree.
+  Eigen::MatrixXd subtreeProducts() const {
+    constexpr int kRows = 6 * kNumTrackedJoints;
+    Eigen::MatrixXd products(kRows + numBetas_, kRows + numBetas_);
+    for (int k = 0; k < kNumTrackedJoints; ++k) {
+      for (int l = 0; l <= k; ++l) {
+        products.block<6, 6>(6 * k, 6 * l) = pairs_[pairIndex(k, l)];
+        products.block<6, 6>(6 * l, 6 * k) = pairs_[pairIndex(k, l)].transpose();
+      }
+    }
+    products.bottomLeftCorner(numBetas_, kRows) = betaCross_;
+    products.bottomRightCorner(numBetas_, numBetas_) = betaMatrix_;
+    const std::vector<int>& parents = surface_.model().parents;
+    for (int j = kNumTrackedJoints - 1; j > 0; --j)
+      products.middleRows<6>(6 * parents[static_cast<std::size_t>(j)]) +=
+          products.middleRows<6>(6 * j);
+    for (int j = kNumTrackedJoints - 1; j > 0; --j)
+      products.middleCols<6>(6 * parents[static_cast<std::size_t>(j)]) +=
+          products.middleCols<6>(6 * j);
+    return products;
+  }
+
+  /// As the rows of subtreeProducts().
+  Eigen::VectorXd subtreeGradient() const {
+    Eigen::VectorXd sums(gradient_.size() + numBetas_);
+    sums << gradient_, betaGradient_;
+    for (int j = kNumTrackedJoints - 1; j > 0; --j)
+      sums.segment<6>(6 * surface_.model().parents[static_cast<std::size_t>(j)]) +=
+          sums.segment<6>(6 * j);
+    return sums;
+  }
+
+ private:
+  const SkinningWeights& weights() const { return surface_.sampledModel().skinningWeights; }
+
+  static std::size_t pairIndex(int k, int l) {
+    return static_cast<std::size_t>(k) * kNumTrackedJoints + static_cast<std::size_t>(l);
+  }
+
+  /// The `index`-th bone of a sample against those before it and itself.
+  void addBone(
+      const SkinningWeights::InnerIterator& bone,
+      int sample,
+      const SamplePull& pull,
+      std::size_t index) {
+    const auto k = static_cast<std::size_t>(bone.col());
+    const Eigen::Vector3d x =
+        at_.worldFromJoint[k] *
+        Eigen::Vector3d(at_.rest.col(sample) - at_.restJoints.col(bone.col()));
+    Lever& lever = levers_[index];
+    lever << 0.0, -x.z(), x.y(), x.z(), 0.0, -x.x(), -x.y(), x.x(), 0.0,
+        Eigen::Matrix3d::Identity();
+    lever *= bone.value();
+    joints_[index] = carriers_[k];
+    gradient_.segment<6>(6 * joints_[index]) += lever * pull.force;
+    const Lever weighted = lever * pull.stiffness;
+    for (std::size_t other = 0; other <= index; ++other)
+      addPair(index, other, weighted * levers_[other].transpose());
+  }
+
+  void addPair(std::size_t index, std::size_t other, const WrenchPair& product) {
+    const int k = joints_[index];
+    const int l = joints_[other];
+    if (k == l && index != other)
+      pairs_[pairIndex(k, k)] += product + product.transpose();
+    else if (k >= l)
+      pairs_[pairIndex(k, l)] += product;
+    else
+      pairs_[pairIndex(l, k)] += product.transpose();
+  }
+
+  /// ∂v/∂β = Σ_k w_k (∂g_k/∂β − R_k ∂J_k/∂β + R_k S_v): the first two of each bone.
+  void prepareBetas() {
+    for (std::size_t k = 0; k < at_.worldFromJoint.size(); ++k)
+      boneShape_.emplace_back(
+          at_.jointShapeDerivatives[k] -
+          at_.worldFromJoint[k].linear() * surface_.restJointShapeDerivatives()[k]);
+    shape_.resize(3, numBetas_);
+    weightedShape_.resize(3, numBetas_);
+  }
+
+  void addBetas(int sample, const SamplePull& pull, std::size_t numBones) {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
+    shape_.setZero();
+    for (SkinningWeights::InnerIterator it(weights(), sample); it; ++it) {
+      const auto k = static_cast<std::size_t>(it.col());
+      rotation += it.value() * at_.worldFromJoint[k].linear();
+      shape_ += it.value() * boneShape_[k];
+    }
+    shape_ +=
+        rotation.lazyProduct(surface_.sampledModel().shapeDirections.middleRows<3>(3 * sample));
+    weightedShape_ = pull.stiffness.lazyProduct(shape_);
+    betaMatrix_ += shape_.transpose().lazyProduct(weightedShape_);
+    betaGradient_ += shape_.transpose().lazyProduct(pull.force);
+    for (std::size_t i = 0; i < numBones; ++i)
+      betaCross_.middleCols<6>(6 * joints_[i]) +=
+          weightedShape_.transpose().lazyProduct(levers_[i].transpose());
+  }
+
+  const TrackedSurface& surface_;
+  const PosedSamples& at_;
+  Eigen::Index numBetas_;
+  std::array<int, kMostModelJoints> carriers_{};  // the tracked joint that moves each bone
+  std::vector<WrenchPair> pairs_;                 // those with k ≥ l
+  Eigen::MatrixXd betaCross_, betaMatrix_;
+  Eigen::VectorXd betaGradient_, gradient_;
+  std::vector<Eigen::Matrix3Xd> boneShape_;
+  // Of the sample at hand.
+  std::array<Lever, kMostModelJoints> levers_;  // w_k [[x_k]×; 1]
+  std::array<int, kMostModelJoints> joints_{};
+  Eigen::Matrix3Xd shape_, weightedShape_;
+};
+
+WrenchSums gathered(
     const TrackedSurface& surface,
     const PosedSamples& at,
     const std::vector<SurfaceConstraint>& constraints) {
-  const auto numJoints = static_cast<Eigen::Index>(at.worldFromJoint.size());
-  const Eigen::Index numBetas = at.jointShapeDerivatives.empty() ? 0 : surface.numBetas();
-  BonePairs pairs;
-  pairs.products.setZero(6 * numJoints + numBetas, 6 * numJoints + numBetas);
-  pairs.gradient.setZero(6 * numJoints + numBetas);
-  Eigen::VectorXd betaRow(numBetas);
-  for (const SurfaceConstraint& constraint : constraints) {
-    const double pull = constraint.weight * constraint.residual;
-    pairs.weightedSquares += pull * constraint.residual;
-    if (numBetas > 0) {
-      addBetaRow(surface, at, constraint, betaRow);
-      pairs.products.bottomRightCorner(numBetas, numBetas).noalias() +=
-          constraint.weight * betaRow * betaRow.transpose();
-      pairs.gradient.tail(numBetas) += pull * betaRow;
-    }
-    addConstraint(surface, at, constraint, betaRow, pairs);
-  }
-  return pairs;
+  WrenchSums sums(surface, at);
+  const std::vector<SamplePull> pulls = pullsOf(surface.samples().size(), constraints);
+  for (std::size_t s = 0; s < pulls.size(); ++s)
+    if (pulls[s].stiffness.trace() > 0.0)
+      sums.add(static_cast<int>(s), pulls[s]);
+  return sums;
 }
 
-/// From "what bone k carries" to "what joint j moves": sums over subtrees, rows, then columns.
-void sumSubtrees(const std::vector<int>& parents, BonePairs& pairs) {
-  pairs.products.triangularView<Eigen::StrictlyUpper>() = pairs.products.transpose();
-  for (std::size_t j = parents.size() - 1; j > 0; --j) {
-    const Eigen::Index child = 6 * static_cast<Eigen::Index>(j);
-    const Eigen::Index parent = 6 * parents[j];
-    pairs.products.middleRows<6>(parent) += pairs.products.middleRows<6>(child);
-    pairs.gradient.segment<6>(parent) += pairs.gradient.segment<6>(child);
-  }
-  for (std::size_t j = parents.size() - 1; j > 0; --j) {
-    pairs.products.middleCols<6>(6 * parents[j]) +=
-        pairs.products.middleCols<6>(6 * static_cast<Eigen::Index>(j));
-  }
+double weightedSquares(const std::vector<SurfaceConstraint>& constraints) {
+  double sum = 0.0;
+  for (const SurfaceConstraint& constraint : constraints)
+    sum += constraint.weight * constraint.residual * constraint.residual;
+  return sum;
 }
 
 /// Columns: the velocity field (ω, u = g × ω) of turning joint j about itself, per unit of θ.
@@ -129,11 +206,11 @@ avatar::NormalEquations treeEquations(
     const TrackedSurface& surface,
     const PosedSamples& at,
     const std::vector<SurfaceConstraint>& constraints) {
-  BonePairs pairs = gatheredPairs(surface, at, constraints);
-  sumSubtrees(surface.model().parents, pairs);
+  const WrenchSums sums = gathered(surface, at, constraints);
+  const Eigen::MatrixXd products = sums.subtreeProducts();
+  const Eigen::VectorXd gradient = sums.subtreeGradient();
 
   const Eigen::Index numBetas = at.jointShapeDerivatives.empty() ? 0 : surface.numBetas();
-  const auto numJoints = static_cast<Eigen::Index>(at.worldFromJoint.size());
   Eigen::MatrixXd axes = Eigen::MatrixXd::Zero(6, TrackingLayout::kBetas);
   for (std::size_t j = 0; j < kNumTrackedJoints; ++j) {
     axes.middleCols<3>(3 * static_cast<Eigen::Index>(j)) = jointAxes(at, j);
@@ -141,7 +218,7 @@ avatar::NormalEquations treeEquations(
   axes.block<3, 3>(3, TrackingLayout::kTranslation).setIdentity();
 
   avatar::NormalEquations equations(TrackingLayout::kBetas + numBetas);
-  equations.weightedSquares = pairs.weightedSquares;
+  equations.weightedSquares = weightedSquares(constraints);
   // The translation moves all that the root moves: its block comes from joint 0's wrenches.
   constexpr int kNumBlocks = kNumTrackedJoints + 1;
   const auto wrenchOf = [](Eigen::Index block) {
@@ -149,21 +226,20 @@ avatar::NormalEquations treeEquations(
   };
   for (Eigen::Index i = 0; i < kNumBlocks; ++i) {
     const auto rowAxes = axes.middleCols<3>(3 * i);
-    equations.gradient.segment<3>(3 * i) =
-        rowAxes.transpose() * pairs.gradient.segment<6>(wrenchOf(i));
+    equations.gradient.segment<3>(3 * i) = rowAxes.transpose() * gradient.segment<6>(wrenchOf(i));
     for (Eigen::Index j = 0; j <= i; ++j) {
       equations.matrix.block<3, 3>(3 * i, 3 * j).noalias() =
-          rowAxes.transpose() * pairs.products.block<6, 6>(wrenchOf(i), wrenchOf(j)) *
+          rowAxes.transpose() * products.block<6, 6>(wrenchOf(i), wrenchOf(j)) *
           axes.middleCols<3>(3 * j);
     }
     if (numBetas > 0) {
       equations.matrix.block(TrackingLayout::kBetas, 3 * i, numBetas, 3).noalias() =
-          pairs.products.block(6 * numJoints, wrenchOf(i), numBetas, 6) * rowAxes;
+          products.block(6 * kNumTrackedJoints, wrenchOf(i), numBetas, 6) * rowAxes;
     }
   }
-  equations.gradient.tail(numBetas) = pairs.gradient.tail(numBetas);
+  equations.gradient.tail(numBetas) = gradient.tail(numBetas);
   equations.matrix.bottomRightCorner(numBetas, numBetas) =
-      pairs.products.bottomRightCorner(numBetas, numBetas);
+      products.bottomRightCorner(numBetas, numBetas);
   return equations;
 }
 

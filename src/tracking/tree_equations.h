@@ -21,8 +21,9 @@ struct SurfaceConstraint {
 /// grow with the number of ancestors.
 ///
 /// A vertex carried by bones k with weights w_k moves along n by Σ_k h_k · (ω_k, u_k), with the
-/// wrench h_k = w_k (x_k × n, n), x_k where bone k alone would carry it, and the bone's velocity
-/// field ω_k × x + u_k. The products h_k h_lᵀ are gathered per pair of bones (6 × 6), summed once
+/// wrench h_k = w_k (x_k × n, n) = w_k [[x_k]×; 1] n, x_k where bone k alone would carry it, and
+/// the bone's velocity field ω_k × x + u_k. The constraints of a vertex are added up first, then
+/// the products h_k h_lᵀ are gathered per pair of bones (6 × 6) and summed once
 /// from the leaves to the root (every joint moves its whole subtree) and only then multiplied with
 /// the joints' axes. Exact but for the derivative of pose blend shapes, which is left out: of a
 /// model that has them, the poses found are where this slightly different gradient vanishes.

@@ -34,6 +34,8 @@ std::vector<SurfaceConstraint> someConstraints(const TrackedSurface& surface) {
   for (int i = 0; i < static_cast<int>(surface.samples().size()); i += 7) {
     const Eigen::Vector3d direction(std::sin(i), std::cos(2.0 * i), std::sin(3.0 * i + 1.0));
     constraints.push_back({i, direction.normalized(), 0.01 * std::cos(i), 0.5 + 0.01 * (i % 50)});
+    if (i % 2 == 0)
+      constraints.push_back({i, Eigen::Vector3d::UnitY(), 0.02 * std::sin(i), 0.7});
   }
   return constraints;
 }
