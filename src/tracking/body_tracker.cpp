@@ -3,6 +3,7 @@
 #include "avatar/axis_angle.h"
 #include "avatar/io/prior_file.h"
 #include "src/tracking/coarse_alignment.h"
+#include "src/tracking/match_quality.h"
 #include "src/tracking/pose_solver.h"
 #include "src/tracking/surface_visibility.h"
 
@@ -257,12 +258,14 @@ class BodyTracker::Implementation {
     tracked.pose = solution.parameters.pose;
     tracked.medianResidual = quality.medianResidual;
     tracked.numCorrespondences = quality.numMatches;
+    tracked.jointLost.fill(true);
     const bool wasLost = state_.framesLost > 0;
     tracked.status = !found    ? TrackingStatus::kLost
                      : wasLost ? TrackingStatus::kRecovered
                                : TrackingStatus::kTracked;
     if (found) {
       tracked.jointConfidence = quality.jointSupport;
+      tracked.jointLost = quality.jointLost;
       if (!state_.betasHeld) {
         state_.betas = solution.parameters.betas;
         state_.betaInformation += kNewInformation * solution.betaInformation;

@@ -1,6 +1,7 @@
 #include "src/tracking/depth_matches.h"
 
 #include "src/tracking/sample_bins.h"
+#include "src/tracking/seen_samples.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,6 @@ namespace {
 using Sample = TrackedSurface::Sample;
 
 constexpr double kMinCosine = 0.3;  // between normals of a match
-constexpr double kMinFacing = 0.1;  // cosine between a sample's normal and the way to the camera
 constexpr double kNearSkin = 0.04;  // beyond it, skin is also pulled sideways [m]
 constexpr double kSleeve = 0.06;    // cloth hangs up to this far from the skin [m]
 constexpr double kMaxPush = 0.03;   // E_inter pulls as if no deeper than this [m]
@@ -19,44 +19,6 @@ constexpr double kUsualSamples = 1500;
 /// E_inter against E_data at λ = 1: noise puts half of the depth in front of its surface, and ten
 /// times one side of it would push a body back that is right.
 constexpr double kInterShare = 0.3;
-
-/// The samples as the camera sees them.
-struct SeenSamples {
-  Eigen::Matrix3Xd points, normals;  // camera's frame
-  Eigen::Matrix2Xd pixels;
-  std::vector<std::uint8_t> facing;  // visible, turned towards the camera
-};
-
-SeenSamples seenBy(
-    const avatar::Camera& camera,
-    const PosedSamples& posed,
-    const std::vector<std::uint8_t>& visible) {
-  SeenSamples seen;
-  seen.points = (camera.cameraFromWorld.linear() * posed.positions).colwise() +
-                camera.cameraFromWorld.translation();
-  seen.normals = camera.cameraFromWorld.linear() * posed.normals;
-  seen.pixels.resize(2, seen.points.cols());
-  seen.facing.assign(visible.size(), 0);
-  for (Eigen::Index i = 0; i < seen.points.cols(); ++i) {
-    const Eigen::Vector3d point = seen.points.col(i);
-    const double z = std::max(point.z(), 0.05);
-    seen.pixels.col(i) << camera.fx * point.x() / z + camera.cx,
-        camera.fy * point.y() / z + camera.cy;
-    const double facing = -seen.normals.col(i).dot(point) / point.norm();
-    const auto s = static_cast<std::size_t>(i);
-    seen.facing[s] = visible[s] != 0 && point.z() > 0.1 && facing > kMinFacing ? 1 : 0;
-  }
-  return seen;
-}
-
-/// How much a match of this sample with a pixel of this label pulls from both sides, 0 … 1: 1 for
-/// skin on skin and clothes on cloth, 0 for skin under cloth, between where nobody knows.
-double twoSidedness(const Sample& sample, std::uint8_t label) {
-  if (label == kBackground) {
-    return sample.cloth ? 1.0 - sample.bareness : sample.bareness;
-  }
-  return sample.cloth == (label != kSkin) ? 1.0 : 0.0;
-}
 
 class Matcher {
  public:
@@ -210,110 +172,6 @@ class Matcher {
   std::vector<SurfaceConstraint> constraints_;
 };
 
-double median(std::vector<double>& values) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-constexpr double kNearby = 0.08;  // a pose explains what is this near [m]
-
-/// Geman–McClure's cost, 0 … 1.
-double robustCost(double residual) {
-  constexpr double kScale = 0.04;  // [m]
-  const double squared = residual * residual;
-  return squared / (squared + kScale * kScale);
-}
-
-/// What one sample finds at its pixel.
-struct SampleFinding {
-  bool counts = false;  // in the image, turned to the camera, depth measured there
-  bool onPerson = false;
-  bool nearby = false;
-  double off = 0.0;  // to the depth along its normal [m]
-  double cost = 0.0;
-  std::uint8_t label = kBackground;
-};
-
-SampleFinding findingOf(const SeenSamples& seen, Eigen::Index sample, const DepthCloud& cloud) {
-  SampleFinding finding;
-  const int x = static_cast<int>(std::lround(seen.pixels(0, sample)));
-  const int y = static_cast<int>(std::lround(seen.pixels(1, sample)));
-  if (seen.facing[static_cast<std::size_t>(sample)] == 0 || x < 0 || y < 0 || x >= cloud.width ||
-      y >= cloud.height) {
-    return finding;
-  }
-  const std::size_t pixel = cloud.index(x, y);
-  finding.onPerson = cloud.person[pixel] != 0;
-  finding.counts = finding.onPerson || cloud.depth[pixel] != 0.0F;
-  if (!finding.onPerson) {
-    finding.cost = static_cast<double>(cloud.depth[pixel]) > seen.points(2, sample) ? 1.0 : 0.0;
-    return finding;
-  }
-  const auto column = static_cast<Eigen::Index>(pixel);
-  const Eigen::Vector3d offset = seen.points.col(sample) - cloud.points.col(column).cast<double>();
-  finding.off = std::abs(cloud.normals.col(column).cast<double>().dot(offset));
-  finding.nearby = offset.norm() < kNearby;
-  finding.cost = finding.nearby ? robustCost(finding.off) : 1.0;
-  finding.label = cloud.labels.empty() ? std::uint8_t{kBackground} : cloud.labels[pixel];
-  return finding;
-}
-
-/// Fills what samples tell; their mean cost.
-double compareSamples(
-    const TrackedSurface& surface,
-    const SeenSamples& seen,
-    const DepthView& view,
-    MatchQuality& quality) {
-  const bool dressed = surface.numBodyFaces() < surface.model().numFaces();
-  std::array<double, avatar::kNumSmplJoints> expected = {};
-  std::vector<double> residuals;
-  double cost = 0.0;
-  int count = 0;
-  int onPerson = 0;
-  for (std::size_t s = 0; s < surface.samples().size(); ++s) {
-    const Sample& sample = surface.samples()[s];
-    const auto joint = static_cast<std::size_t>(sample.joint);
-    const SampleFinding finding = findingOf(seen, static_cast<Eigen::Index>(s), view.cloud());
-    const double body = sample.cloth ? 0.0 : 1.0;
-    expected[joint] += 0.5 * body;  // a body shows about half of its skin
-    quality.jointSupport[joint] += finding.nearby ? body : 0.0;
-    count += finding.counts ? 1 : 0;
-    onPerson += finding.onPerson ? 1 : 0;
-    cost += finding.counts ? finding.cost : 0.0;
-    const bool outermost = !dressed || twoSidedness(sample, finding.label) > 0.5;
-    if (finding.nearby && outermost) {
-      residuals.push_back(finding.off);
-    }
-  }
-  for (std::size_t j = 0; j < expected.size(); ++j) {
-    quality.jointSupport[j] =
-        expected[j] == 0.0 ? 0.0 : std::min(1.0, quality.jointSupport[j] / expected[j]);
-  }
-  quality.overlap = count == 0 ? 0.0 : static_cast<double>(onPerson) / count;
-  quality.numMatches = static_cast<int>(residuals.size());
-  quality.medianResidual = median(residuals);
-  return count == 0 ? 1.0 : cost / count;
-}
-
-/// Fills what pixels tell; their mean cost.
-double comparePixels(const SeenSamples& seen, const DepthView& view, MatchQuality& quality) {
-  const SampleBins bins(seen.points, seen.normals, seen.pixels, seen.facing, view.camera().fx);
-  double cost = 0.0;
-  int explained = 0;
-  for (const DepthView::PixelSample& pixel : view.pixels()) {
-    const int index = bins.nearest({pixel.point, pixel.normal, pixel.pixel, kNearby, 0.0});
-    explained += index >= 0 ? 1 : 0;
-    cost += index < 0 ? 1.0 : robustCost((seen.points.col(index) - pixel.point).norm());
-  }
-  const double count = std::max(1.0, static_cast<double>(view.pixels().size()));
-  quality.explained = explained / count;
-  return cost / count;
-}
-
 }  // namespace
 
 double gemanMcClureWeight(double residual, double scale) {
@@ -329,19 +187,6 @@ std::vector<SurfaceConstraint> depthMatches(
     const DepthView& view,
     const MatchOptions& options) {
   return Matcher(surface, posed, visible, view, options).run();
-}
-
-MatchQuality matchQuality(
-    const TrackedSurface& surface,
-    const PosedSamples& posed,
-    const std::vector<std::uint8_t>& visible,
-    const DepthView& view) {
-  const SeenSamples seen = seenBy(view.camera(), posed, visible);
-  MatchQuality quality;
-  const double sampleCost = compareSamples(surface, seen, view, quality);
-  const double pixelCost = comparePixels(seen, view, quality);
-  quality.meanCost = 0.5 * (sampleCost + pixelCost);
-  return quality;
 }
 
 }  // namespace simulcap

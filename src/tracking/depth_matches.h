@@ -34,21 +34,4 @@ std::vector<SurfaceConstraint> depthMatches(
     const DepthView& view,
     const MatchOptions& options);
 
-/// How well a pose explains a frame.
-struct MatchQuality {
-  double medianResidual = 0.0;  ///< visible outermost samples to the depth along its normal [m]
-  double meanCost = 0.0;   ///< robust, over pixels and samples, 0 … 1; the smaller the better
-  double explained = 0.0;  ///< share of the person's pixels that have a sample nearby
-  double overlap = 0.0;    ///< share of the visible samples in the image that see the person
-  int numMatches = 0;
-  /// Per joint: share of its samples that see matching depth.
-  std::array<double, avatar::kNumSmplJoints> jointSupport = {};
-};
-
-MatchQuality matchQuality(
-    const TrackedSurface& surface,
-    const PosedSamples& posed,
-    const std::vector<std::uint8_t>& visible,
-    const DepthView& view);
-
 }  // namespace simulcap

@@ -49,11 +49,11 @@ Eigen::VectorXd axisStiffness() {
 
 /// How firmly a joint holds to its predicted rotation [per rad²].
 Eigen::VectorXd temporalStiffness() {
-  Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(TrackingLayout::kBetas, 20.0);
+  Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(TrackingLayout::kBetas, 10.0);
   for (const int joint : {kSpine1, kSpine2, kSpine3, kLeftCollar, kRightCollar}) {
-    stiffness.segment<3>(3 * joint).setConstant(80.0);
+    stiffness.segment<3>(3 * joint).setConstant(40.0);
   }
-  stiffness.segment<3>(TrackingLayout::kTranslation).setConstant(170.0);  // per m²
+  stiffness.segment<3>(TrackingLayout::kTranslation).setConstant(85.0);  // per m²
   return stiffness;
 }
 

@@ -122,7 +122,7 @@ PoseSolution solvePose(
   const std::optional<BetaKnowledge>& betas = options.betas;
   PoseSolution solution{.parameters = start};
   for (int i = 0; i < options.iterations; ++i) {
-    constexpr int kVisibilityPeriod = 3;
+    constexpr int kVisibilityPeriod = 6;  // what turns away in fewer steps hardly matters
     if (i % kVisibilityPeriod == 0) {
       solution.visible = visibleSamples(surface, solution.parameters, view.camera());
     }

@@ -20,6 +20,10 @@ struct TrackedBody {
   TrackingStatus status = TrackingStatus::kLost;
   /// 0: known from prior and motion alone … 1: well seen.
   std::array<double, avatar::kNumSmplJoints> jointConfidence = {};
+  /// Depth says that this part of the body is elsewhere, by more than about 80 mm: its joint is as
+  /// little to be trusted as a whole pose that is lost. A part that is merely hidden has a low
+  /// confidence and isn't lost. All of them when the status is kLost.
+  std::array<bool, avatar::kNumSmplJoints> jointLost = {};
   double medianResidual = 0.0;  ///< of the visible surface to the depth [m]
   int numCorrespondences = 0;
 };

@@ -7,6 +7,7 @@
 #include "avatar/motion_clips.h"
 #include "src/tracking/body_tracker.h"
 #include "src/tracking/depth_matches.h"
+#include "src/tracking/match_quality.h"
 #include "src/tracking/pose_solver.h"
 #include "src/tracking/surface_visibility.h"
 #include "tests/benchmarks/benchmark.h"
@@ -98,7 +99,7 @@ void compare(
     const double error = offsets.col(j).norm();
     score.joints.push_back(error);
     constexpr double kFarOff = 0.08;  // [m]
-    silent |= error > kFarOff && tracked.status != TrackingStatus::kLost;
+    silent |= error > kFarOff && !tracked.jointLost[static_cast<std::size_t>(j)];
   }
   score.silent += silent ? 1 : 0;
   score.lost += tracked.status == TrackingStatus::kLost ? 1 : 0;

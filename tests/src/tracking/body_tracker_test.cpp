@@ -2,11 +2,15 @@
 
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/skinning.h"
+#include "src/tracking/match_quality.h"
+#include "src/tracking/surface_visibility.h"
 #include "tests/src/tracking/rendered_body.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace simulcap {
 namespace {
@@ -149,6 +153,84 @@ TEST(BodyTracker, HasNothingToSayBeforeThereIsAPerson) {
   BodyTracker tracker = shapedTracker(camera);
   EXPECT_EQ(tracker.track(test::emptyCloud(camera), 0.0).status, TrackingStatus::kLost);
   EXPECT_EQ(tracker.state().framesTracked, 0);
+}
+
+/// How well `pose` explains a cloud of the mean body.
+MatchQuality qualityAt(
+    const BodyPose& pose, const DepthCloud& cloud, const avatar::Camera& camera) {
+  const TrackedSurface surface(avatar::defaultBody(), 1200);
+  const DepthView view(cloud, camera, 1000);
+  const BodyParameters parameters{pose, Eigen::VectorXd::Zero(surface.numBetas())};
+  return matchQuality(
+      surface, surface.pose(parameters, false), visibleSamples(surface, parameters, camera), view);
+}
+
+std::vector<int> lostOf(const MatchQuality& quality) {
+  std::vector<int> lost;
+  for (int j = 0; j < avatar::kNumSmplJoints; ++j)
+    if (quality.jointLost[static_cast<std::size_t>(j)])
+      lost.push_back(j);
+  return lost;
+}
+
+TEST(MatchQuality, TellsTheArmThatIsElsewhere) {
+  const avatar::Camera camera = test::smallCamera();
+  const BodyPose truth = avatar::aPose();
+  const DepthCloud cloud = test::renderedCloud(avatar::defaultBody(), meanShape(), truth, camera);
+  EXPECT_TRUE(lostOf(qualityAt(truth, cloud, camera)).empty());
+  // Raised to where the camera sees the wall.
+  BodyPose raised = truth;
+  raised.jointRotations[3 * avatar::kLeftShoulder + 2] += 1.5;
+  const auto lost = lostOf(qualityAt(raised, cloud, camera));
+  EXPECT_NE(std::find(lost.begin(), lost.end(), avatar::kLeftElbow), lost.end());
+  EXPECT_NE(std::find(lost.begin(), lost.end(), avatar::kLeftWrist), lost.end());
+  for (const int joint : lost)
+    EXPECT_TRUE(
+        joint == avatar::kLeftShoulder || joint == avatar::kLeftElbow ||
+        joint == avatar::kLeftWrist || joint == avatar::kLeftHand)
+        << joint;
+}
+
+TEST(MatchQuality, AHiddenArmIsUnsupportedButNotLost) {
+  const avatar::Camera camera = test::smallCamera();
+  const BodyPose truth = avatar::aPose();
+  DepthCloud cloud = test::renderedCloud(avatar::defaultBody(), meanShape(), truth, camera);
+  const Eigen::Matrix3Xd joints =
+      avatar::posedBody(avatar::defaultBody(), meanShape(), truth).joints;
+  const int edge = static_cast<int>(avatar::project(camera, joints.col(avatar::kLeftElbow)).x());
+  for (int y = 0; y < cloud.height; ++y) {
+    for (int x = edge; x < cloud.width; ++x) {  // a board half a metre before the person
+      const std::size_t i = cloud.index(x, y);
+      cloud.depth[i] = 2.0F;
+      cloud.person[i] = 0;
+      cloud.labels[i] = kBackground;
+      cloud.points.col(static_cast<Eigen::Index>(i)).setZero();
+      cloud.normals.col(static_cast<Eigen::Index>(i)).setZero();
+    }
+  }
+  const MatchQuality quality = qualityAt(truth, cloud, camera);
+  EXPECT_TRUE(lostOf(quality).empty());
+  EXPECT_LT(quality.jointSupport[avatar::kLeftWrist], 0.05);
+  EXPECT_GT(quality.jointSupport[avatar::kRightWrist], 0.4);  // half of the skin is turned away
+}
+
+TEST(BodyTracker, TellsWhichLimbLeaptAway) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker tracker = trackerAt(movingPose(0.0), camera);
+  for (int i = 1; i <= 8; ++i) {
+    BodyPose truth = movingPose(0.0);
+    if (i >= 3)  // from one frame to the next: no tracker follows
+      truth.jointRotations[3 * avatar::kLeftShoulder + 2] += 2.2;
+    const DepthCloud cloud = test::renderedCloud(avatar::defaultBody(), meanShape(), truth, camera);
+    const TrackedBody tracked = tracker.track(cloud, i * kFrame);
+    const auto joint = [&](const BodyPose& pose) -> Eigen::Vector3d {
+      return avatar::posedBody(avatar::defaultBody(), meanShape(), pose)
+          .joints.col(avatar::kLeftWrist);
+    };
+    const double error = (joint(truth) - joint(tracked.pose)).norm();
+    EXPECT_TRUE(error < 0.08 || tracked.jointLost[avatar::kLeftWrist]) << i << ": " << error;
+    EXPECT_TRUE(tracked.status == TrackingStatus::kLost || !tracked.jointLost[avatar::kRightKnee]);
+  }
 }
 
 TEST(BodyTracker, LeavesUnseenLegsAtRest) {

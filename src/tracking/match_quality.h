@@ -1,0 +1,34 @@
+#pragma once
+
+#include "avatar/body_pose.h"
+#include "src/tracking/depth_view.h"
+#include "src/tracking/tracked_surface.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace simulcap {
+
+/// How well a pose explains a frame.
+struct MatchQuality {
+  double medianResidual = 0.0;  ///< visible outermost samples to the depth along its normal [m]
+  double meanCost = 0.0;   ///< robust, over pixels and samples, 0 … 1; the smaller the better
+  double explained = 0.0;  ///< share of the person's pixels that have a sample nearby
+  double overlap = 0.0;    ///< share of the visible samples in the image that see the person
+  int numMatches = 0;
+  /// Per joint: share of its samples that see matching depth.
+  std::array<double, avatar::kNumSmplJoints> jointSupport = {};
+  /// Per joint: depth says that its part of the body is elsewhere. Either the camera sees past most
+  /// of where it should be visible, or depth that no sample explains hangs at its limb or the trunk
+  /// while nothing supports it. Parts that something else hides are not lost, only unsupported.
+  std::array<bool, avatar::kNumSmplJoints> jointLost = {};
+};
+
+MatchQuality matchQuality(
+    const TrackedSurface& surface,
+    const PosedSamples& posed,
+    const std::vector<std::uint8_t>& visible,
+    const DepthView& view);
+
+}  // namespace simulcap
