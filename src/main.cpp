@@ -50,6 +50,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addDemo(program, chosen);
   addRender(program, chosen);
   addSimulate(program, chosen);
+  addStability(program, chosen);
   addSynth(program, chosen);
   addCapture(program, chosen);
   addCompare(program, chosen);

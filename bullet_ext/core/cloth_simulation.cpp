@@ -49,6 +49,8 @@ int ClothSimulation::addCloth(ClothMesh mesh) {
   states_.push_back(restState(mesh));
   steppers_.push_back(integratorFor(std::move(mesh), options_));
   accounts_.emplace_back(steppers_.back()->mesh());
+  balances_.emplace_back();
+  excesses_.push_back(0.0);
   forces_.emplace_back();
   pinTargets_.emplace_back();
   return numCloths() - 1;
@@ -76,6 +78,7 @@ void ClothSimulation::setState(int cloth, ClothState state) {
     throw std::invalid_argument("ClothSimulation: the state doesn't fit the cloth");
   states_[static_cast<std::size_t>(cloth)] = std::move(state);
   accounts_[static_cast<std::size_t>(cloth)].forgetElasticEnergy();
+  excesses_[static_cast<std::size_t>(cloth)] = 0.0;
 }
 
 void ClothSimulation::setPinTargets(int cloth, PinTargets targets) {
@@ -109,6 +112,8 @@ FrameReport ClothSimulation::advance(const FrameTiming& timing) {
   }
   if (!report.stable)
     report = calmDown(before, current);
+  for (std::size_t i = 0; i < states_.size(); ++i)
+    excesses_[i] = report.stable ? excessAfter(i) : 0.0;
   report.redone = redone;
   for (const ClothState& state : states_)
     report.largestSpeed = std::max(report.largestSpeed, bullet_ext::largestSpeed(state));
@@ -127,7 +132,7 @@ void ClothSimulation::restore(const Snapshot& snapshot) {
 FrameReport ClothSimulation::attemptFrom(const Snapshot& before, const FrameTiming& timing) {
   restore(before);
   const FrameReport report = attempt(timing, Booking::kKinetic);
-  if (report.stable || !std::isfinite(report.energy.after))
+  if ((report.stable && !seemsToGain()) || !std::isfinite(report.energy.after))
     return report;
   restore(before);
   return attempt(timing, Booking::kWhole);
@@ -140,11 +145,18 @@ FrameReport ClothSimulation::attempt(const FrameTiming& timing, Booking booking)
     accounts_[i].open(*steppers_[i], states_[i], forces_[i], !pinTargets_[i].vertices.empty());
   runSubsteps(timing, booking);
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    const EnergyBalance& balance = accounts_[i].close(*steppers_[i], states_[i], forces_[i]);
-    report.stable = report.stable && isPlausible(balance, i);
-    report.energy += balance;
+    balances_[i] = accounts_[i].close(*steppers_[i], states_[i], forces_[i]);
+    report.stable = report.stable && isPlausible(i);
+    report.energy += balances_[i];
   }
   return report;
+}
+
+bool ClothSimulation::seemsToGain() const {
+  for (std::size_t i = 0; i < states_.size(); ++i)
+    if (excessAfter(i) > excesses_[i])
+      return true;
+  return false;
 }
 
 /// Losing nine tenths of the velocity in every substep makes springs creep to their rest instead of
@@ -162,6 +174,7 @@ FrameReport ClothSimulation::calmDown(const Snapshot& before, const FrameTiming&
     substep.damping = kDrag;
     stepper->setSubstep(substep);
   }
+  std::fill(excesses_.begin(), excesses_.end(), 0.0);
   FrameReport report = attemptFrom(standing, timing);
   for (std::size_t i = 0; i < steppers_.size(); ++i)
     steppers_[i]->setSubstep(usual[i]);
@@ -239,13 +252,24 @@ void ClothSimulation::placePins() {
   }
 }
 
+/// Energy from nowhere that a cloth has after the last attempt [J]. A frame's is paid back by what
+/// later ones lose, so that swings of the discrete energy about a mean add up to nothing.
+double ClothSimulation::excessAfter(std::size_t cloth) const {
+  constexpr double kForgiven = 0.01;  // of the balance, which is an estimate
+  const double available = balances_[cloth].available();
+  const double gain = balances_[cloth].after - available;
+  const bool forgiven = gain > 0.0 && gain <= kForgiven * available;
+  return std::max(0.0, excesses_[cloth] + (forgiven ? 0.0 : gain));
+}
+
 /// Energy of cloth that hardly moves is round-off.
-bool ClothSimulation::isPlausible(const EnergyBalance& cloth, std::size_t index) const {
+bool ClothSimulation::isPlausible(std::size_t cloth) const {
   constexpr double kHardlyMoving = 0.01;  // [m/s]
   const double negligible =
-      0.5 * mesh(static_cast<int>(index)).masses.sum() * kHardlyMoving * kHardlyMoving;
-  return isFinite(states_[index]) &&
-         cloth.after <= negligible + options_.energyFactor * cloth.available();
+      0.5 * mesh(static_cast<int>(cloth)).masses.sum() * kHardlyMoving * kHardlyMoving;
+  return isFinite(states_[cloth]) &&
+         excessAfter(cloth) <=
+             negligible + (options_.energyFactor - 1.0) * balances_[cloth].available();
 }
 
 }  // namespace bullet_ext

@@ -39,6 +39,7 @@ void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
 void addRetarget(CLI::App& program, ChosenCommand& chosen);
 void addSimulate(CLI::App& program, ChosenCommand& chosen);
+void addStability(CLI::App& program, ChosenCommand& chosen);
 void addSynth(CLI::App& program, ChosenCommand& chosen);
 
 }  // namespace simulcap

@@ -1,5 +1,7 @@
 #include "src/comparison/comparison_report.h"
 
+#include "src/output/text_table.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -11,18 +13,6 @@ namespace simulcap {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string fixed(double value, int decimals) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-  return text.data();
-}
-
-std::string rounded(double value, int digits) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
-}
 
 Json inMillimetres(const VertexError& error) {
   return {{"rms", 1e3 * error.rms}, {"max", 1e3 * error.max}};
@@ -133,25 +123,6 @@ std::string listedUnstable(const ComparisonReport& report) {
   return text;
 }
 
-/// Columns as wide as their widest entry; the first to the left, figures to the right.
-std::string aligned(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> widths(rows.front().size(), 0);
-  for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i)
-      widths[i] = std::max(widths[i], row[i].size());
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string filling(widths[i] - row[i].size(), ' ');
-      line += (i == 0 ? "" : "  ") + (i == 0 ? row[i] + filling : filling + row[i]);
-    }
-    text += line + "\n";
-  }
-  return text;
-}
-
 std::string csvQuoted(const std::string& text) {
   std::string result = "\"";
   for (const char c : text)
@@ -162,17 +133,17 @@ std::string csvQuoted(const std::string& text) {
 /// What the table's figures are measured against.
 std::string truthText(const ComparisonReport& report) {
   const Truth& paper = paperTruth(report);
-  std::string text = "Errors at " + fixed(errorSeconds(report), 3) + " s, strain and sag until " +
-                     fixed(seconds(report, report.frames), 3) + " s. The truth: " + paper.solver +
-                     ", " + std::to_string(paper.stepsPerFrame) +
+  std::string text = "Errors at " + fixedText(errorSeconds(report), 3) +
+                     " s, strain and sag until " + fixedText(seconds(report, report.frames), 3) +
+                     " s. The truth: " + paper.solver + ", " + std::to_string(paper.stepsPerFrame) +
                      " steps per frame and half as many,\nextrapolated; the two are " +
-                     rounded(1e3 * paper.residual.rms, 2) + " mm apart (rms).";
+                     roundedText(1e3 * paper.residual.rms, 2) + " mm apart (rms).";
   const auto links = report.truths.find(ClothEnergy::kBendingLinks);
   if (links != report.truths.end())
     text +=
         "\n* Bends by links between second neighbours instead of hinges: measured against the "
         "truth of that\n  model, where the two runs are " +
-        rounded(1e3 * links->second.residual.rms, 2) + " mm apart.";
+        roundedText(1e3 * links->second.residual.rms, 2) + " mm apart.";
   return text;
 }
 
@@ -211,16 +182,16 @@ std::string comparisonCsv(const ComparisonReport& report) {
         std::to_string(settings.stepsPerFrame),
         std::to_string(settings.iterations),
         std::to_string(run.vertices),
-        rounded(run.wallMilliseconds, 6),
-        rounded(run.cpuMilliseconds, 6),
-        rounded(run.nanosecondsPerVertexStep(), 6),
+        roundedText(run.wallMilliseconds, 6),
+        roundedText(run.cpuMilliseconds, 6),
+        roundedText(run.nanosecondsPerVertexStep(), 6),
         nameOf(settings.energy),
-        run.error ? rounded(1e3 * run.error->rms, 6) : "",
-        run.error ? rounded(1e3 * run.error->max, 6) : "",
-        run.distanceToPaper ? rounded(1e3 * run.distanceToPaper->rms, 6) : "",
-        rounded(run.meanStrain, 6),
-        rounded(run.maxStrain, 6),
-        rounded(1e3 * run.sag, 6),
+        run.error ? roundedText(1e3 * run.error->rms, 6) : "",
+        run.error ? roundedText(1e3 * run.error->max, 6) : "",
+        run.distanceToPaper ? roundedText(1e3 * run.distanceToPaper->rms, 6) : "",
+        roundedText(run.meanStrain, 6),
+        roundedText(run.maxStrain, 6),
+        roundedText(1e3 * run.sag, 6),
         run.stable ? "true" : "false"};
     for (std::size_t i = 0; i < cells.size(); ++i)
       text += cells[i] + (i + 1 < cells.size() ? "," : "\n");
@@ -244,23 +215,23 @@ std::string comparisonTable(const ComparisonReport& report) {
     std::vector<std::string> row = {
         run.settings.series + (run.settings.energy == ClothEnergy::kPaper ? "" : " *"),
         run.settings.label(),
-        fixed(run.wallMilliseconds, 2),
-        fixed(run.cpuMilliseconds, 2),
-        fixed(run.nanosecondsPerVertexStep(), 1)};
-    const std::string rms = run.error ? fixed(1e3 * run.error->rms, 4) : "-";
-    const std::string max = run.error ? fixed(1e3 * run.error->max, 4) : "-";
+        fixedText(run.wallMilliseconds, 2),
+        fixedText(run.cpuMilliseconds, 2),
+        fixedText(run.nanosecondsPerVertexStep(), 1)};
+    const std::string rms = run.error ? fixedText(1e3 * run.error->rms, 4) : "-";
+    const std::string max = run.error ? fixedText(1e3 * run.error->max, 4) : "-";
     row.insert(row.end(), {rms, max});
     if (run.stable)
       row.insert(
           row.end(),
-          {fixed(100.0 * run.meanStrain, 2),
-           fixed(100.0 * run.maxStrain, 1),
-           fixed(1e3 * run.sag, 1)});
+          {fixedText(100.0 * run.meanStrain, 2),
+           fixedText(100.0 * run.maxStrain, 1),
+           fixedText(1e3 * run.sag, 1)});
     else
       row.insert(row.end(), {"blew up", "", ""});
     rows.push_back(row);
   }
-  return aligned(rows) + truthText(report);
+  return alignedColumns(rows) + truthText(report);
 }
 
 Plot comparisonPlot(const ComparisonReport& report) {
@@ -269,11 +240,11 @@ Plot comparisonPlot(const ComparisonReport& report) {
   const std::size_t folder = report.scene.find_last_of('/');
   plot.title = "Error against run time: " +
                report.scene.substr(folder == std::string::npos ? 0 : folder + 1) + ", " +
-               std::to_string(vertices) + " vertices, " + rounded(report.framesPerSecond, 4) +
+               std::to_string(vertices) + " vertices, " + roundedText(report.framesPerSecond, 4) +
                " frames per second";
   plot.x = {"wall time per frame [ms], median", AxisScale::kLogarithmic};
   plot.y = {
-      "RMS distance of vertices from the truth [mm], after " + fixed(errorSeconds(report), 3) +
+      "RMS distance of vertices from the truth [mm], after " + fixedText(errorSeconds(report), 3) +
           " s",
       AxisScale::kLogarithmic};
   for (const RunResult& run : report.runs) {

@@ -3,6 +3,7 @@
 #include "bullet_ext/core/implicit_stepper.h"
 #include "bullet_ext/core/stability.h"
 #include "src/simulation/cloth_setup.h"
+#include "src/simulation/substep_safety.h"
 
 #include <algorithm>
 #include <cmath>
@@ -70,10 +71,6 @@ SceneRun::SceneRun(const Scene& scene, const Stage& stage, int threads) : stage_
 }
 
 void SceneRun::checkStability(const Scene& scene) {
-  // The limit holds about the rest shape. What is stretched or folded sharply is stiffer: a number
-  // that is chosen keeps a factor of two, one that is asked for is taken up to nine tenths.
-  constexpr double kChosenSafety = 0.5;
-  constexpr double kAskedSafety = 0.9;
   const SceneTime time = scene.time.value_or(SceneTime{});
   double largest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < world_->numGarments(); ++i) {

@@ -33,6 +33,7 @@ TEST(Program, HelpExplainsEveryVerb) {
         "measure",
         "retarget",
         "simulate",
+        "stability",
         "synth"}) {
     EXPECT_NE(help.out.find("\n  " + verb + " "), std::string::npos) << verb;
     const ProgramRun own = runProgram({verb, "--help"});
