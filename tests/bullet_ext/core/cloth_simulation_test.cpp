@@ -146,7 +146,6 @@ TEST(ClothSimulation, cannotBeFrozenByPinsThatJump) {
   EXPECT_GT(hanging.simulation.state(0).positions.row(0).minCoeff(), 0.7F);  // followed its pins
 }
 
-/// Where explicit substeps would have to be 160 times shorter.
 /// Torn aside by a metre within a frame it is tangled and gains some per cent in every frame with a
 /// hundred substeps: five times what it was given in three seconds, without ever gaining a tenth at
 /// once. Its damping takes away more than the hundredth that is forgiven in each frame.
@@ -174,6 +173,7 @@ TEST(ClothSimulation, cannotGainALittleInEveryFrame) {
   }
 }
 
+/// Where explicit substeps would have to be 160 times shorter.
 TEST(ClothSimulation, implicitStepsHoldWhereExplicitOnesBlowUp) {
   const ClothMaterial stiff = {.stretchStiffness = 1e6, .torsionStiffness = 0.05};
   const ClothMesh mesh =
