@@ -1,5 +1,6 @@
 #include "src/output/heat_map.h"
 
+#include "src/output/image_file.h"
 #include "src/output/plot.h"
 
 #include <algorithm>
@@ -21,6 +22,8 @@ constexpr double kPanelHead = 34.0;
 constexpr double kPanelFoot = 44.0;
 constexpr double kScaleHeight = 52.0;
 constexpr double kLineHeight = 19.0;
+constexpr double kTitleHeight = 13.0;
+constexpr double kScaleWidth = 300.0;
 constexpr double kTextHeight = 9.0;
 constexpr double kInkHeight = 8.0;  // of capitals in a cell
 constexpr double kInkLine = 15.0;
@@ -57,14 +60,14 @@ class HeatPainter {
     const int count = static_cast<int>(map.panels.size());
     const int columns = std::min(map.panelsPerRow, std::max(1, count));
     const int rows = (count + columns - 1) / columns;
-    drawing_.width = static_cast<int>(columns * panelWidth() + 30.0);
+    drawing_.width = static_cast<int>(std::max(columns * panelWidth(), wordsWidth()) + 30.0);
     drawing_.height = static_cast<int>(
         kTop + rows * panelHeight() + kScaleHeight +
         kLineHeight * static_cast<double>(map.notes.size()) + 10.0);
   }
 
   Drawing paint() {
-    text({16.0, 28.0}, map_.title, 13.0, TextAnchor::kStart);
+    text({16.0, 28.0}, map_.title, kTitleHeight, TextAnchor::kStart);
     for (std::size_t i = 0; i < map_.panels.size(); ++i) {
       const auto column = static_cast<double>(i % static_cast<std::size_t>(map_.panelsPerRow));
       const auto row = static_cast<double>(i / static_cast<std::size_t>(map_.panelsPerRow));
@@ -82,6 +85,17 @@ class HeatPainter {
  private:
   double panelWidth() const {
     return kLeft + 20.0 + kCellWidth * static_cast<double>(map_.columnLabels.size());
+  }
+
+  /// Of the title, the notes and the scale.
+  double wordsWidth() const {
+    const int height = static_cast<int>(std::ceil(kTextHeight));
+    double width = std::max<double>(
+        textWidth(map_.title, static_cast<int>(kTitleHeight)),
+        kLeft + kScaleWidth + textWidth(map_.valueTitle, height));
+    for (const std::string& note : map_.notes)
+      width = std::max<double>(width, textWidth(note, height));
+    return width;
   }
 
   double panelHeight() const {
@@ -188,7 +202,7 @@ class HeatPainter {
     if (!(high_ > low_))
       return;
     constexpr int kSteps = 100;
-    constexpr double kStep = 3.0;
+    constexpr double kStep = kScaleWidth / kSteps;
     for (int i = 0; i < kSteps; ++i)
       drawing_.items.emplace_back(DrawnLine{
           .points =
@@ -202,15 +216,12 @@ class HeatPainter {
           .fillColor = heatColor((i + 0.5) / kSteps)});
     for (double tick = std::pow(10.0, std::ceil(std::log10(low_))); tick <= high_; tick *= 10.0)
       text(
-          {kLeft + kSteps * kStep * partOf(tick), top + 30.0},
+          {kLeft + kScaleWidth * partOf(tick), top + 30.0},
           tickLabel(tick),
           kTextHeight,
           TextAnchor::kMiddle);
     text(
-        {kLeft + kSteps * kStep + 16.0, top + 12.0},
-        map_.valueTitle,
-        kTextHeight,
-        TextAnchor::kStart);
+        {kLeft + kScaleWidth + 16.0, top + 12.0}, map_.valueTitle, kTextHeight, TextAnchor::kStart);
   }
 
   const HeatMap& map_;
