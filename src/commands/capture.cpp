@@ -159,7 +159,7 @@ void report(const CaptureOutput& output, const TrackedRecording& frames, const C
       " frames in which cloth blew up: it lost its momentum there");
 }
 
-void writeMetrics(
+void writeCaptureMetrics(
     const CaptureVerbOptions& options,
     const CaptureOutput& output,
     const StageTiming& timing,
@@ -260,7 +260,7 @@ void capture(const CaptureVerbOptions& options, const CommandContext& context) {
     output.checkpointed(frames.state(), session->state());
   output.finish(frames.camera());
   report(output, frames, context.console);
-  writeMetrics(options, output, clock.timing(), context);
+  writeCaptureMetrics(options, output, clock.timing(), context);
 }
 
 void addPoseOptions(CLI::App& verb, CaptureVerbOptions& options) {
