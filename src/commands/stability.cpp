@@ -22,10 +22,10 @@ struct StabilityVerbOptions {
 };
 
 void write(const StabilityReport& report, const std::filesystem::path& folder) {
-  constexpr double kPixelsPerUnit = 1.5;
+  constexpr double kPixelsPerMapUnit = 1.5;
   const Drawing drawing = drawn(stabilityMap(report));
   avatar::writeFileAtomically(folder / "stability.svg", svg(drawing));
-  writePng(folder / "stability.png", rasterized(drawing, kPixelsPerUnit));
+  writePng(folder / "stability.png", rasterized(drawing, kPixelsPerMapUnit));
   avatar::writeFileAtomically(folder / "stability.json", stabilityJson(report));
 }
 

@@ -21,10 +21,10 @@ constexpr double kTop = 64.0;
 constexpr double kPanelHead = 34.0;
 constexpr double kPanelFoot = 44.0;
 constexpr double kScaleHeight = 52.0;
-constexpr double kLineHeight = 19.0;
-constexpr double kTitleHeight = 13.0;
+constexpr double kHeatLineHeight = 19.0;
+constexpr double kHeatTitleHeight = 13.0;
 constexpr double kScaleWidth = 300.0;
-constexpr double kTextHeight = 9.0;
+constexpr double kHeatTextHeight = 9.0;
 constexpr double kInkHeight = 8.0;  // of capitals in a cell
 constexpr double kInkLine = 15.0;
 
@@ -63,21 +63,21 @@ class HeatPainter {
     drawing_.width = static_cast<int>(std::max(columns * panelWidth(), wordsWidth()) + 30.0);
     drawing_.height = static_cast<int>(
         kTop + rows * panelHeight() + kScaleHeight +
-        kLineHeight * static_cast<double>(map.notes.size()) + 10.0);
+        kHeatLineHeight * static_cast<double>(map.notes.size()) + 10.0);
   }
 
   Drawing paint() {
-    text({16.0, 28.0}, map_.title, kTitleHeight, TextAnchor::kStart);
+    text({16.0, 28.0}, map_.title, kHeatTitleHeight, TextAnchor::kStart);
     for (std::size_t i = 0; i < map_.panels.size(); ++i) {
       const auto column = static_cast<double>(i % static_cast<std::size_t>(map_.panelsPerRow));
       const auto row = static_cast<double>(i / static_cast<std::size_t>(map_.panelsPerRow));
       paintPanel(map_.panels[i], {column * panelWidth(), kTop + row * panelHeight()});
     }
-    double y = drawing_.height - 10.0 - kLineHeight * static_cast<double>(map_.notes.size());
+    double y = drawing_.height - 10.0 - kHeatLineHeight * static_cast<double>(map_.notes.size());
     paintScale(y - kScaleHeight);
     for (const std::string& note : map_.notes) {
-      y += kLineHeight;
-      text({16.0, y - 4.0}, note, kTextHeight, TextAnchor::kStart);
+      y += kHeatLineHeight;
+      text({16.0, y - 4.0}, note, kHeatTextHeight, TextAnchor::kStart);
     }
     return std::move(drawing_);
   }
@@ -89,9 +89,9 @@ class HeatPainter {
 
   /// Of the title, the notes and the scale.
   double wordsWidth() const {
-    const int height = static_cast<int>(std::ceil(kTextHeight));
+    const int height = static_cast<int>(std::ceil(kHeatTextHeight));
     double width = std::max<double>(
-        textWidth(map_.title, static_cast<int>(kTitleHeight)),
+        textWidth(map_.title, static_cast<int>(kHeatTitleHeight)),
         kLeft + kScaleWidth + textWidth(map_.valueTitle, height));
     for (const std::string& note : map_.notes)
       width = std::max<double>(width, textWidth(note, height));
@@ -132,14 +132,14 @@ class HeatPainter {
   void paintPanel(const HeatPanel& panel, const Vector2d& corner) {
     const Vector2d origin = corner + Vector2d(kLeft, kPanelHead);
     text(origin - Vector2d(0.0, 14.0), panel.title, 10.0, TextAnchor::kStart);
-    text(origin - Vector2d(8.0, 8.0), map_.rowTitle, kTextHeight, TextAnchor::kEnd);
+    text(origin - Vector2d(8.0, 8.0), map_.rowTitle, kHeatTextHeight, TextAnchor::kEnd);
     const std::size_t columns = map_.columnLabels.size();
     for (std::size_t r = 0; r < map_.rowLabels.size(); ++r) {
       const double y = origin.y() + kCellHeight * static_cast<double>(r);
       text(
-          {origin.x() - 8.0, y + 0.5 * (kCellHeight + kTextHeight)},
+          {origin.x() - 8.0, y + 0.5 * (kCellHeight + kHeatTextHeight)},
           map_.rowLabels[r],
-          kTextHeight,
+          kHeatTextHeight,
           TextAnchor::kEnd);
       for (std::size_t c = 0; c < columns; ++c)
         paintCell(
@@ -149,14 +149,16 @@ class HeatPainter {
     const double bottom = origin.y() + kCellHeight * static_cast<double>(map_.rowLabels.size());
     for (std::size_t c = 0; c < columns; ++c)
       text(
-          {origin.x() + kCellWidth * (static_cast<double>(c) + 0.5), bottom + kTextHeight + 6.0},
+          {origin.x() + kCellWidth * (static_cast<double>(c) + 0.5),
+           bottom + kHeatTextHeight + 6.0},
           map_.columnLabels[c],
-          kTextHeight,
+          kHeatTextHeight,
           TextAnchor::kMiddle);
     text(
-        {origin.x() + kCellWidth * static_cast<double>(columns), bottom + 2.0 * kTextHeight + 13.0},
+        {origin.x() + kCellWidth * static_cast<double>(columns),
+         bottom + 2.0 * kHeatTextHeight + 13.0},
         map_.columnTitle,
-        kTextHeight,
+        kHeatTextHeight,
         TextAnchor::kEnd);
   }
 
@@ -218,10 +220,13 @@ class HeatPainter {
       text(
           {kLeft + kScaleWidth * partOf(tick), top + 30.0},
           tickLabel(tick),
-          kTextHeight,
+          kHeatTextHeight,
           TextAnchor::kMiddle);
     text(
-        {kLeft + kScaleWidth + 16.0, top + 12.0}, map_.valueTitle, kTextHeight, TextAnchor::kStart);
+        {kLeft + kScaleWidth + 16.0, top + 12.0},
+        map_.valueTitle,
+        kHeatTextHeight,
+        TextAnchor::kStart);
   }
 
   const HeatMap& map_;

@@ -21,7 +21,6 @@ namespace {
 using bullet_ext::CaptureGarment;
 using bullet_ext::CaptureWorld;
 
-constexpr double kFrame = 1.0 / 30.0;  // [s]
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 // Of a cloth that was given hundreds of times the energy of its own weight a second before: what
 // decides there is that the energy doesn't grow.
@@ -78,8 +77,8 @@ ExtremeOutcome tooFewSubsteps() {
   ExtremeOutcome outcome;
   try {
     const Stage stage = setStage(scene);
-    SceneRun(scene, stage, 1);
-    outcome.reason = "a hundred substeps were taken";
+    const SceneRun run(scene, stage, 1);
+    outcome.reason = std::to_string(run.substepsPerFrame()) + " substeps were taken";
   } catch (const std::runtime_error& error) {
     outcome.verdict = Verdict::kRefused;
     outcome.reason = error.what();
@@ -107,7 +106,7 @@ ExtremeScene curtainAndBall() {
 ExtremeOutcome fastBody() {
   ExtremeScene scene = curtainAndBall();
   scene.body = [](int frame) {
-    const double way = std::min(10.0 * kFrame * frame, 2.0);
+    const double way = std::min(10.0 * kExtremeFrame * frame, 2.0);
     return ballAt({0.0, 0.0, 1.0 - way});
   };
   return play(scene);

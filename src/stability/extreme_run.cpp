@@ -12,7 +12,6 @@
 namespace simulcap {
 namespace {
 
-constexpr double kFrame = 1.0 / 30.0;  // [s]
 constexpr int kPaperSubsteps = 100;
 constexpr double kEnergyFactor = 1.1;  // SimulationOptions::energyFactor, over all frames
 constexpr double kNoEnergy = 1e-6;     // [J]: rounding, where nothing moves
@@ -24,7 +23,7 @@ int chosenSubsteps(const bullet_ext::CaptureWorld& world) {
     const double safe =
         bullet_ext::stability(world.mesh(i), {.safety = kChosenSafety}).largestSubstep;
     if (std::isfinite(safe))
-      substeps = std::max(substeps, bullet_ext::substepsFor(kFrame, safe));
+      substeps = std::max(substeps, bullet_ext::substepsFor(kExtremeFrame, safe));
   }
   return substeps;
 }
@@ -96,7 +95,7 @@ class ExtremePlay {
       scene_.beforeFrame(world_, frame);
     if (scene_.body)
       skin_ = scene_.body(frame);
-    const bullet_ext::FrameReport report = world_.step(skin_, kFrame, outcome_.asked);
+    const bullet_ext::FrameReport report = world_.step(skin_, kExtremeFrame, outcome_.asked);
     ++outcome_.frames;
     outcome_.substeps = std::max(outcome_.substeps, report.substeps);
     outcome_.redone += report.redone;

@@ -19,10 +19,12 @@ enum class Verdict {
 
 const char* nameOf(Verdict verdict);
 
+inline constexpr double kExtremeFrame = 1.0 / 30.0;  ///< [s]
+
 /// A world and what happens in it.
 struct ExtremeScene {
   bullet_ext::CaptureSetup setup;
-  int frames = 45;  ///< of 1/30 s
+  int frames = 45;  ///< of kExtremeFrame
   /// Edges at the end are shorter than (1 + this) times their rest length.
   double strainBound = 1.0;
   /// Skin at the end of frame 1, 2, …, and of 0, the start: 3 × V [m]; empty: no body.
