@@ -154,7 +154,7 @@ FrameReport ClothSimulation::attempt(const FrameTiming& timing, Booking booking)
 
 bool ClothSimulation::seemsToGain() const {
   for (std::size_t i = 0; i < states_.size(); ++i)
-    if (excessAfter(i) > excesses_[i])
+    if (excessAfter(i) > std::max(excesses_[i], negligibleEnergy(i)))
       return true;
   return false;
 }
@@ -262,14 +262,16 @@ double ClothSimulation::excessAfter(std::size_t cloth) const {
   return std::max(0.0, excesses_[cloth] + (forgiven ? 0.0 : gain));
 }
 
-/// Energy of cloth that hardly moves is round-off.
-bool ClothSimulation::isPlausible(std::size_t cloth) const {
+/// Of cloth that hardly moves: round-off [J].
+double ClothSimulation::negligibleEnergy(std::size_t cloth) const {
   constexpr double kHardlyMoving = 0.01;  // [m/s]
-  const double negligible =
-      0.5 * mesh(static_cast<int>(cloth)).masses.sum() * kHardlyMoving * kHardlyMoving;
+  return 0.5 * mesh(static_cast<int>(cloth)).masses.sum() * kHardlyMoving * kHardlyMoving;
+}
+
+bool ClothSimulation::isPlausible(std::size_t cloth) const {
   return isFinite(states_[cloth]) &&
          excessAfter(cloth) <=
-             negligible + (options_.energyFactor - 1.0) * balances_[cloth].available();
+             negligibleEnergy(cloth) + (options_.energyFactor - 1.0) * balances_[cloth].available();
 }
 
 }  // namespace bullet_ext

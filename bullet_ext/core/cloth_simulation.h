@@ -128,6 +128,7 @@ class ClothSimulation {
   void aimPins(const FrameTiming& timing);
   void placePins();
   double excessAfter(std::size_t cloth) const;
+  double negligibleEnergy(std::size_t cloth) const;
   bool isPlausible(std::size_t cloth) const;
   void restore(const Snapshot& snapshot);
 

@@ -41,10 +41,6 @@ std::vector<int> upperEdge() {
   return pins;
 }
 
-Vector3d vectorOf(const btVector3& v) {
-  return fromBullet(v).cast<double>();
-}
-
 struct Scene {
   explicit Scene(ClothMesh mesh, const btVector3& gravity = {0, 0, 0}) : world(&solver) {
     world.setGravity(gravity);
