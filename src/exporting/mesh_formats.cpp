@@ -49,6 +49,7 @@ void forEachFrame(
   int number = 0;
   while (std::optional<PerformanceFrame> frame = reader.next()) {
     std::vector<Eigen::Matrix3Xf> garments;
+    garments.reserve(places.size());
     for (const std::size_t place : places)
       garments.push_back(std::move(frame->garments[place].vertices));
     visit(number++, frame->pose, garments);
@@ -185,6 +186,7 @@ std::vector<std::string> exportObj(const ExportSource& source, const ExportPlace
   const std::string prefix = place.stem + "_frames/";
   forEachFrame(source, [&](int number, const auto& framePose, const auto& garments) {
     std::vector<Eigen::Matrix3Xd> posed;
+    posed.reserve(garments.size());
     for (const Eigen::Matrix3Xf& vertices : garments)
       posed.push_back(vertices.cast<double>());
     files.push_back(place.file(prefix + numbered(number) + ".obj"));

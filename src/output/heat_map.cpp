@@ -69,9 +69,12 @@ class HeatPainter {
   Drawing paint() {
     text({16.0, 28.0}, map_.title, kHeatTitleHeight, TextAnchor::kStart);
     for (std::size_t i = 0; i < map_.panels.size(); ++i) {
-      const auto column = static_cast<double>(i % static_cast<std::size_t>(map_.panelsPerRow));
-      const auto row = static_cast<double>(i / static_cast<std::size_t>(map_.panelsPerRow));
-      paintPanel(map_.panels[i], {column * panelWidth(), kTop + row * panelHeight()});
+      const std::size_t column = i % static_cast<std::size_t>(map_.panelsPerRow);
+      const std::size_t row = i / static_cast<std::size_t>(map_.panelsPerRow);
+      paintPanel(
+          map_.panels[i],
+          {static_cast<double>(column) * panelWidth(),
+           kTop + static_cast<double>(row) * panelHeight()});
     }
     double y = drawing_.height - 10.0 - kHeatLineHeight * static_cast<double>(map_.notes.size());
     paintScale(y - kScaleHeight);
@@ -216,10 +219,11 @@ class HeatPainter {
           .closed = true,
           .filled = true,
           .fillColor = heatColor((i + 0.5) / kSteps)});
-    for (double tick = std::pow(10.0, std::ceil(std::log10(low_))); tick <= high_; tick *= 10.0)
+    const int first = static_cast<int>(std::ceil(std::log10(low_)));
+    for (int power = first; std::pow(10.0, power) <= high_; ++power)
       text(
-          {kLeft + kScaleWidth * partOf(tick), top + 30.0},
-          tickLabel(tick),
+          {kLeft + kScaleWidth * partOf(std::pow(10.0, power)), top + 30.0},
+          tickLabel(std::pow(10.0, power)),
           kHeatTextHeight,
           TextAnchor::kMiddle);
     text(
