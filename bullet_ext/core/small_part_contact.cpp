@@ -189,6 +189,13 @@ bool SmallPartContact::push(ClothState& state, const Near& near, int face, float
   if (!(mobility > 0.0F)) {
     return false;
   }
+  // Of equal corners none moves more than 1.37 times as far as the point does. Beside pins the free
+  // one would have to move 1/a times as far, at any small coordinate a. As that moves the point by
+  // no more than a times itself, it is asked for the less the smaller a is.
+  constexpr float kLargestShare = 1.5F;
+  const Eigen::Vector3f asked = inverseMasses.cwiseProduct(at) / mobility;
+  const float eased = std::min(1.0F, kLargestShare / asked.maxCoeff());
+  const Eigen::Vector3f shares = asked * eased * eased;
   const Eigen::Vector3f relative = cornersOf(mesh_, state.velocities, face) * at - w;
   const float approach = std::max(0.0F, -relative.dot(n));
   const Eigen::Vector3f sliding = relative - relative.dot(n) * n;
@@ -199,9 +206,8 @@ bool SmallPartContact::push(ClothState& state, const Near& near, int face, float
   const Eigen::Vector3f moved = lift * n - duration * stopped * sliding;
   const Eigen::Vector3f changed = approach * n - stopped * sliding;
   for (int k = 0; k < 3; ++k) {
-    const float share = inverseMasses[k] * at[k] / mobility;
-    state.positions.col(vertices[k]).head<3>() += share * moved;
-    state.velocities.col(vertices[k]).head<3>() += share * changed;
+    state.positions.col(vertices[k]).head<3>() += shares[k] * moved;
+    state.velocities.col(vertices[k]).head<3>() += shares[k] * changed;
   }
   return true;
 }

@@ -106,6 +106,22 @@ Touch touch(const ClothMesh& mesh, int frames, const Eigen::Vector3d& path, doub
   return run;
 }
 
+/// The ball is under the edge between two pins, so that the triangle's free corner has next to no
+/// part in the point that it touches, and would need to rise by a multiple of what is asked.
+TEST(SmallPartContact, doesNotThrowTheFreeCornerBesidePins) {
+  const ClothMesh mesh = sheetOver(kRadius + 0.001, {.pins = {40, 41}});
+  const TriangleMesh ball = fingertip();
+  const Eigen::Matrix3Xd under = ball.vertices.colwise() + Eigen::Vector3d(0.0, -0.0055, 0.0);
+  BodySurface surface(ball.faces, ball.vertices.cols());
+  surface.setFrame(under, under, kFrame);
+  SmallPartContact parts(mesh, surface, {});
+  ClothState state = restState(mesh);
+  parts.beginFrame(state, kPartSubstep, kSubsteps);
+  EXPECT_GT(parts.resolve(state, 0).contacts, 0);
+  // Not farther than the thickness, which is the most that is asked anywhere.
+  EXPECT_LT(highest(state.positions), kRadius + 0.001 + 0.004);
+}
+
 TEST(SmallPartContact, rollsABallUnderASheet) {
   ClothMeshOptions options;
   for (int i = 0; i < 9; ++i) {
