@@ -17,7 +17,7 @@ class CaptureFigures {
  public:
   void add(const CaptureResult& frame, const avatar::Camera& camera, const DepthCloud& cloud);
 
-  /// frames_lost, frames_unstable, depth_error_mm, depth_error_before_fit_mm, rejected_targets.
+  /// frames_lost, frames_unstable, depth_error_mm, depth_error_before_fit_mm, depth_targets.
   nlohmann::json json() const;
 
   std::int64_t framesLost() const { return framesLost_; }

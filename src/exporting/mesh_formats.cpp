@@ -151,9 +151,8 @@ std::string writeZUpObj(
     const std::string& name,
     const Eigen::Matrix3Xd& vertices,
     const Eigen::Matrix3Xi& faces) {
-  ObjWriter obj(place.file(name + ".obj"), "metres, Z up: import it without turning axes");
-  obj.add(name, zUp(vertices), faces);
-  obj.finish();
+  const Eigen::Matrix3Xd turned = zUp(vertices);
+  avatar::writeObj(place.file(name + ".obj"), avatar::MeshView(turned, faces));
   return place.file(name + ".obj");
 }
 
