@@ -36,4 +36,14 @@ inline float signedAngle(float sine, float cosine) {
   return std::copysign(cosine < 0.0F ? kPi - acute : acute, sine);
 }
 
+/// α − α0 [rad] the shorter way around, in [−π, π], for angles in [−π, π].
+template <typename Scalar>
+Scalar angleDifference(Scalar angle, Scalar restAngle) {
+  constexpr auto kHalfTurn = Scalar(3.14159265358979324);
+  const Scalar difference = angle - restAngle;
+  return std::abs(difference) > kHalfTurn
+             ? difference - std::copysign(Scalar(2) * kHalfTurn, difference)
+             : difference;
+}
+
 }  // namespace bullet_ext

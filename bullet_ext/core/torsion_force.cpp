@@ -214,7 +214,7 @@ Scalar hingeEnergy(const HingeVectors<Scalar>& x, const Hinge<Scalar>& hinge) {
   const HingeWings<Scalar> wings(x);
   const Width<Scalar> width3(wings.edge, wings.wing3, wings.a3);
   const Width<Scalar> width4(wings.edge, wings.wing4, wings.a4);
-  const Scalar difference = angleOf(wings).angle - hinge.restAngle;
+  const Scalar difference = angleDifference(angleOf(wings).angle, hinge.restAngle);
   return Scalar(0.5) * hinge.stiffness * difference * difference *
          WidthFactor<Scalar>(width3.squared, hinge.squaredLimits[0]).value *
          WidthFactor<Scalar>(width4.squared, hinge.squaredLimits[1]).value;
@@ -228,9 +228,10 @@ HingeVectors<Scalar> hingeForces(const HingeVectors<Scalar>& x, const Hinge<Scal
   const Width<Scalar> width4(wings.edge, wings.wing4, wings.a4);
   const WidthFactor<Scalar> factor3(width3.squared, hinge.squaredLimits[0]);
   const WidthFactor<Scalar> factor4(width4.squared, hinge.squaredLimits[1]);
-  const Scalar moment = hinge.stiffness * (state.angle - hinge.restAngle);
+  const Scalar difference = angleDifference(state.angle, hinge.restAngle);
+  const Scalar moment = hinge.stiffness * difference;
   HingeVectors<Scalar> forces = (-moment * factor3.value * factor4.value) * state.gradient;
-  const Scalar energy = Scalar(0.5) * moment * (state.angle - hinge.restAngle);
+  const Scalar energy = Scalar(0.5) * moment * difference;
   const Scalar slope3 = energy * factor3.slope * factor4.value;
   const Scalar slope4 = energy * factor3.value * factor4.slope;
   forces.col(0) -= slope3 * width3.onFirst + slope4 * width4.onFirst;
@@ -247,7 +248,7 @@ HingeVectors<Scalar> hingeForceChange(
     const Hinge<Scalar>& hinge) {
   const HingeAngle<Scalar> state = hingeAngle(x);
   const Scalar turn = state.gradient.cwiseProduct(displacements).sum();
-  return -hinge.stiffness * (turn * state.gradient + (state.angle - hinge.restAngle) *
+  return -hinge.stiffness * (turn * state.gradient + angleDifference(state.angle, hinge.restAngle) *
                                                          hingeGradientChange(x, displacements));
 }
 

@@ -31,8 +31,11 @@
 /// w |g|² s s is bounded. A factor on the moment alone would have no energy: cloth that folds while
 /// flat and unfolds while not would gain some every time.
 ///
-/// α0 is within the same (−π, π], and the moment changes its sign where a hinge passes through its
-/// complete fold: a function of the positions alone can't tell how often cloth went around.
+/// α0 is within the same (−π, π], and α − α0 is taken the shorter way around: a function of the
+/// positions alone can't tell how often cloth went around. So the moment changes its sign half a
+/// turn from the rest angle, and E is continuous everywhere. The plain difference would jump where
+/// a hinge passes through its complete fold, with 2π w α0 from nowhere: hems, sewn or scanned, rest
+/// folded (α0 near ±π) and are pressed through it all the time.
 namespace bullet_ext {
 
 template <typename Scalar>

@@ -152,6 +152,17 @@ __m256 signedAngle(__m256 sineTimesLength, __m256 cosine, __m256 length) {
   return _mm256_or_ps(angle, _mm256_and_ps(signBit, sineTimesLength));
 }
 
+/// That of signed_angle.h.
+__m256 angleDifference(__m256 angle, __m256 restAngle) {
+  const __m256 signBit = constant(-0.0F);
+  const __m256 difference = _mm256_sub_ps(angle, restAngle);
+  const __m256 beyond = _mm256_cmp_ps(
+      _mm256_andnot_ps(signBit, difference), constant(3.14159265358979324F), _CMP_GT_OQ);
+  const __m256 turn =
+      _mm256_or_ps(constant(6.28318530717958648F), _mm256_and_ps(signBit, difference));
+  return _mm256_sub_ps(difference, _mm256_and_ps(beyond, turn));
+}
+
 /// In the order of kPairSlots.
 void storeSingles(float* to, __m256 values) {
   _mm256_store_ps(
@@ -213,7 +224,7 @@ void edgeBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t 
 
   const __m256 angle = signedAngle(
       dot(cross(normal1.xyz, normal2.xyz), edge), dot(normal1.xyz, normal2.xyz), length);
-  const __m256 difference = _mm256_sub_ps(angle, _mm256_load_ps(rest + 8 * kRestAngle));
+  const __m256 difference = angleDifference(angle, _mm256_load_ps(rest + 8 * kRestAngle));
   __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), difference);
   if constexpr (kLimited) {
     moment = _mm256_mul_ps(moment, _mm256_mul_ps(normal1.w, normal2.w));

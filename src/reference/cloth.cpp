@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +43,11 @@ DirectedEdges directedEdges(const Eigen::Matrix3Xi& faces, Eigen::Index numVerti
     }
   }
   return edges;
+}
+
+/// How far a hinge is bent [rad], the shorter way around.
+double bendAngle(const Cloth& cloth, const TorsionSpring& hinge) {
+  return std::remainder(torsionAngle(cloth, hinge.p) - hinge.restAngle, 2.0 * std::numbers::pi);
 }
 
 /// Fig. 4(d), and the statics of a door: the moment M pushes the wing p3 with M/h along its
@@ -110,7 +116,7 @@ void addStretchForces(const Cloth& cloth, Forces& forces) {
 void addTorsionForces(const Cloth& cloth, Forces& forces) {
   for (const TorsionSpring& hinge : cloth.hinges) {
     const auto& p = hinge.p;
-    const double moment = hinge.stiffness * (torsionAngle(cloth, p) - hinge.restAngle);
+    const double moment = hinge.stiffness * bendAngle(cloth, hinge);
     pushWing(cloth, {p[0], p[1], p[2]}, moment, forces);
     pushWing(cloth, {p[1], p[0], p[3]}, moment, forces);
   }
@@ -134,8 +140,8 @@ double stretchEnergy(const Cloth& cloth) {
 double torsionEnergy(const Cloth& cloth) {
   double energy = 0.0;
   for (const TorsionSpring& hinge : cloth.hinges) {
-    const double difference = torsionAngle(cloth, hinge.p) - hinge.restAngle;
-    energy += 0.5 * hinge.stiffness * difference * difference;
+    const double angle = bendAngle(cloth, hinge);
+    energy += 0.5 * hinge.stiffness * angle * angle;
   }
   return energy;
 }

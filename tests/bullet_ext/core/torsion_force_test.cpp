@@ -149,6 +149,18 @@ TEST(TorsionForce, aTriangleThatTurnsOverInItsPlaneGainsNoEnergy) {
   EXPECT_EQ(energyAt(1e-6, true), 0.0);
 }
 
+TEST(TorsionForce, aHemThatIsPressedThroughItsFoldGainsNoEnergy) {
+  const Hinge<double> hem{0.05, 3.0, {0.0, 0.0}};
+  const auto energyAt = [&](double angle) { return hingeEnergy(hingeAt(angle), hem); };
+  EXPECT_NEAR(energyAt(3.1), 0.5 * 0.05 * 0.01, 1e-14);
+  const double beyond = 2.0 * std::numbers::pi - 3.1 - 3.0;  // from the rest angle to −3.1
+  EXPECT_NEAR(energyAt(-3.1), 0.5 * 0.05 * beyond * beyond, 1e-14);
+  for (const double angle : {3.14, -3.14, -3.1, 0.0}) {
+    EXPECT_LT(test::energyForceError(hingeLaw(hem), hingeAt(angle), 1e-5), 1e-9) << angle;
+    EXPECT_LT(test::forceDerivativeError(hingeLaw(hem), hingeAt(angle), 1e-5), 1e-9) << angle;
+  }
+}
+
 TEST(TorsionForce, derivativeIsSymmetric) {
   const ClothMesh mesh =
       test::clothOf(test::equilateralSheet(4, 4, 0.02), {.limitCompressedTorsion = false});
