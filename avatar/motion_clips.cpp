@@ -5,6 +5,7 @@
 #include "avatar/clip_gait.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -245,6 +246,7 @@ Motion twist(const ClipOptions& options, const ClipBody& body) {
 /// 0.3 < u < 0.7.
 struct Hop {
   double wideness = 0.0;  ///< of the stance, 0 closed, 1 wide
+  double raised = 0.0;    ///< arms, 0 down, 1 up
   double pelvis = 0.0;    ///< height against standing on flat feet [m]
   double pitch = 0.0;     ///< of the feet [rad]
   double height = 0.0;    ///< of the soles [m]
@@ -258,6 +260,9 @@ Hop hopAt(double acting, double period, int count) {
   Hop hop;
   const double across = minimumJerk(air);
   hop.wideness = index % 2 == 0 ? across : 1.0 - across;
+  // Feet can move only in the air; arms have nearly the whole hop, or hands would fly at 12 m/s.
+  const double swung = minimumJerk((u - 0.06) / 0.88);
+  hop.raised = index % 2 == 0 ? swung : 1.0 - swung;
   hop.pelvis =
       keyedPeriodic({{0.0, -0.07}, {0.3, 0.015}, {0.5, 0.06}, {0.7, 0.015}, {1.0, -0.07}}, u);
   hop.pitch =
@@ -270,7 +275,7 @@ Hop hopAt(double acting, double period, int count) {
 }
 
 Motion jumpingJack(const ClipOptions& options, const ClipBody& body) {
-  const Cycles cycles = cyclesFor(options, 6.0, 1.1);
+  const Cycles cycles = cyclesFor(options, 6.0, 1.2);
   const double period = 0.5 * cycles.period;
   const double hopping = cycles.count * cycles.period;
   constexpr double kSettle = 0.5;  // standing up after the last landing [s]
@@ -296,8 +301,8 @@ Motion jumpingJack(const ClipOptions& options, const ClipBody& body) {
     const double settled = minimumJerk((acting - hopping) / kSettle);
     frame.pelvis.y() += blend * (standing + (1.0 - settled) * hop.pelvis - frame.pelvis.y());
     const double swing = acting < period ? -45.0 : -68.0;
-    abductArms(frame.upper, (swing + (62.0 - swing) * hop.wideness) * kDegree);
-    setPair(frame.upper, kLeftElbow, rotationAbout(-(12.0 + 14.0 * hop.wideness) * kDegree, kY));
+    abductArms(frame.upper, (swing + (62.0 - swing) * hop.raised) * kDegree);
+    setPair(frame.upper, kLeftElbow, rotationAbout(-(12.0 + 14.0 * hop.raised) * kDegree, kY));
     return frame;
   });
 }
@@ -355,6 +360,28 @@ Motion makeClip(std::string_view name, const ClipOptions& options) {
   }
   throw std::invalid_argument(
       "makeClip: no clip is named " + std::string(name) + "; known: " + known);
+}
+
+std::optional<NamedClip> namedClip(std::string_view text) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::vector<std::string_view>& names = clipNames();
+  const auto name = std::find(names.begin(), names.end(), text.substr(0, colon));
+  if (name == names.end()) {
+    return std::nullopt;
+  }
+  NamedClip clip{*name, {}};
+  if (colon == text.size()) {
+    return clip;
+  }
+  double seconds = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, seconds);
+  if (error != std::errc() || stop != end || !(seconds >= 0.2 && seconds <= 600.0)) {
+    return std::nullopt;
+  }
+  clip.options.seconds = seconds;
+  clip.options.blendSeconds = std::clamp(0.25 * seconds, 0.2, clip.options.blendSeconds);
+  return clip;
 }
 
 }  // namespace avatar

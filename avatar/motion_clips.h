@@ -3,6 +3,7 @@
 #include "avatar/motion.h"
 #include "avatar/skeleton.h"
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,5 +31,15 @@ const std::vector<std::string_view>& clipNames();
 /// pitch, pelvic list and rotation), step length from the constant walk ratio of Sekiya 1997.
 /// Throws std::invalid_argument for an unknown name, listing the known ones.
 Motion makeClip(std::string_view name, const ClipOptions& options = {});
+
+/// A clip and how it is wanted.
+struct NamedClip {
+  std::string_view name;  ///< one of clipNames()
+  ClipOptions options;
+};
+
+/// Reads "NAME", or "NAME:SECONDS" for another length of the action, 0.2 … 600; the blend from the
+/// A-pose then takes a quarter of it, at most the usual second. Nothing for any other text.
+std::optional<NamedClip> namedClip(std::string_view text);
 
 }  // namespace avatar

@@ -28,18 +28,19 @@ std::string resolved(const std::string& file, const fs::path& folder, const std:
 
 std::string resolvedMotion(
     const std::string& name, const fs::path& folder, const std::string& where) {
-  const std::vector<std::string> clips(avatar::clipNames().begin(), avatar::clipNames().end());
-  if (std::find(clips.begin(), clips.end(), name) != clips.end())
+  if (avatar::namedClip(name))
     return name;
   const std::string extension = fs::path(name).extension().string();
   if (extension == ".npz" || extension == ".bvh")
     return resolved(name, folder, where);
+  const std::vector<std::string> clips(avatar::clipNames().begin(), avatar::clipNames().end());
   std::string known;
   for (const std::string& clip : clips)
     known += clip + ", ";
   throw SceneProblem(
       where,
-      "expected a clip (" + known + "else a .npz or .bvh file); found \"" + name + "\"" +
+      "expected a clip (" + known +
+          "or with its seconds, as turn:3.2; else a .npz or .bvh file); found \"" + name + "\"" +
           didYouMean(name, clips));
 }
 

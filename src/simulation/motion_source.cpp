@@ -3,10 +3,9 @@
 #include "avatar/io/file_error.h"
 #include "avatar/motion_clips.h"
 
-#include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <string_view>
-#include <vector>
 
 namespace simulcap {
 
@@ -19,13 +18,17 @@ avatar::RestSkeleton restSkeleton(const avatar::ShapedBody& body) {
 
 avatar::MotionFile loadMotion(
     const std::string& source, const avatar::RestSkeleton& body, avatar::UpAxis up) {
-  const std::vector<std::string_view>& clips = avatar::clipNames();
-  if (std::find(clips.begin(), clips.end(), source) != clips.end())
-    return {avatar::makeClip(source, {.body = body}), {}};
+  if (std::optional<avatar::NamedClip> clip = avatar::namedClip(source)) {
+    clip->options.body = body;
+    return {avatar::makeClip(clip->name, clip->options), {}};
+  }
   const std::string extension = std::filesystem::path(source).extension().string();
   if (extension != ".bvh" && extension != ".npz" && !std::filesystem::exists(source))
     throw avatar::FileError(
-        source, "", "neither a built-in clip (" + clipList() + ") nor a .npz or .bvh file");
+        source,
+        "",
+        "neither a built-in clip (" + clipList() +
+            "; turn:3.2 takes 3.2 s) nor a .npz or .bvh file");
   return avatar::readMotion(source, {.up = up, .body = body});
 }
 

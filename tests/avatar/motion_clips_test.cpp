@@ -77,8 +77,24 @@ TEST_P(EveryClip, SpeedsAndAccelerationsAreHuman) {
       acceleration = std::max(acceleration, rate * change.norm());
     }
   }
-  EXPECT_LT(speed, 15.0);          // [rad/s]; a jumping jack's arms reach about 12
+  EXPECT_LT(speed, 15.0);          // [rad/s]; a jumping jack's arms reach about 8
   EXPECT_LT(acceleration, 600.0);  // [rad/s²]; a jump of 0.1 rad in one frame would be 1440
+}
+
+TEST_P(EveryClip, HandsAreNoFasterThanHumans) {
+  const double rate = 120.0;
+  const RestSkeleton body = defaultRestSkeleton();
+  const Motion clip = makeClip(GetParam(), optionsFor(body, rate));
+  Eigen::Vector3d before = posedSkeleton(body.joints, clip.frames[0]).joints.col(kLeftHand);
+  double fastest = 0.0;
+  for (const BodyPose& pose : clip.frames) {
+    const Eigen::Vector3d hand = posedSkeleton(body.joints, pose).joints.col(kLeftHand);
+    fastest = std::max(fastest, rate * (hand - before).norm());
+    before = hand;
+  }
+  // An arm of 0.7 m through 130° of a jumping jack in half a second, of minimum jerk, whose peak is
+  // 15/8 of the mean: 6 m/s. A thrown punch is faster.
+  EXPECT_LT(fastest, 6.5);
 }
 
 /// Knee angle of the longest leg; the rest pose may be bent.
@@ -244,6 +260,35 @@ TEST(MotionClips, UnknownNamesAndBadOptionsAreRefused) {
   options = {};
   options.body.joints.setZero();
   EXPECT_THROW(makeClip("walk", options), std::invalid_argument);
+}
+
+TEST(MotionClips, NamesMaySayHowLong) {
+  const auto plain = namedClip("walk");
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->name, "walk");
+  EXPECT_EQ(plain->options.seconds, ClipOptions{}.seconds);
+  EXPECT_EQ(plain->options.blendSeconds, ClipOptions{}.blendSeconds);
+  const auto timed = namedClip("turn:3.2");
+  ASSERT_TRUE(timed);
+  EXPECT_EQ(timed->name, "turn");
+  EXPECT_NEAR(duration(makeClip(timed->name, timed->options)), 4.0, 1e-9);  // a quarter before it
+  EXPECT_EQ(namedClip("turn:100")->options.blendSeconds, 1.0);
+  for (const char* text :
+       {"",
+        ":",
+        "turns",
+        "turn:",
+        "turn:x",
+        "turn:3s",
+        "turn: 3",
+        "turn:0.1",
+        "turn:-3",
+        "turn:nan",
+        "turn:inf",
+        "turn:1e9",
+        "my_turn:3",
+        "turn.npz"})
+    EXPECT_FALSE(namedClip(text)) << text;
 }
 
 TEST(LegIk, ReachesItsTargetAndKeepsTheFootsRotation) {

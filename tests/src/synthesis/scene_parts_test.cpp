@@ -1,6 +1,8 @@
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/geometry/primitives_mesh.h"
 #include "avatar/motion_clips.h"
+#include "src/scene/scene_file.h"
+#include "src/simulation/stage.h"
 #include "src/synthesis/capture_scenes.h"
 #include "src/synthesis/render_frame.h"
 #include "src/synthesis/room.h"
@@ -9,7 +11,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 namespace simulcap {
@@ -27,6 +31,29 @@ Scene smallScene() {
   scene.body = SceneBody{};
   scene.camera = SceneCamera{};
   return scene;
+}
+
+/// Digitizing needs a person seen from all sides, tracking a motion after it.
+TEST(CaptureScenes, BuiltInOnesTurnAroundAndThenMove) {
+  for (const char* name : {"tshirt_trousers", "shirt_skirt", "dress"}) {
+    const Scene scene =
+        readScene(std::string(SIMULCAP_SCENES "/capture_").append(name).append(".json"));
+    const StagedBody body(*scene.body, *scene.time);
+    const auto shown = body.poses().begin() + body.numPrerollFrames();
+    const auto count = static_cast<int>(body.poses().end() - shown);
+    EXPECT_GE(count, 120) << name;
+    EXPECT_LE(count, 180) << name;
+    std::vector<double> headings;
+    std::transform(shown, body.poses().end(), std::back_inserter(headings), avatar::heading);
+    const std::optional<int> turn = turnaroundFrames(headings);
+    ASSERT_TRUE(turn) << name;
+    EXPECT_GE(*turn, 90) << name << ": nobody turns around that fast with care";
+    EXPECT_LE(*turn, count - 50) << name << ": no time left for another motion";
+    double moved = 0.0;
+    for (auto pose = shown + *turn; pose != body.poses().end(); ++pose)
+      moved = std::max(moved, (pose->jointRotations - shown->jointRotations).tail<69>().norm());
+    EXPECT_GT(moved, 0.8) << name;  // [rad]
+  }
 }
 
 TEST(CaptureScenes, GarmentsAreCalledAsCapturesCallThem) {
