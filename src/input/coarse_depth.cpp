@@ -106,7 +106,7 @@ CoarseDepth coarseDepth(const std::vector<float>& depth, const avatar::Camera& c
   result.height = camera.height / result.step;
   result.depth.resize(result.size());
   result.points.setZero(3, result.size());
-  result.areaPerSquare = static_cast<float>(result.step * result.step / (camera.fx * camera.fy));
+  result.widthPerDepth = static_cast<float>(result.step / std::sqrt(camera.fx * camera.fy));
   for (int cell = 0; cell < result.size(); ++cell) {
     const int left = cell % result.width * result.step;
     const int top = cell / result.width * result.step;
@@ -139,7 +139,7 @@ ScenePoints scenePoints(const CoarseDepth& coarse) {
 
 float coarseJump(const CoarseDepth& coarse, float z) {
   constexpr float kMaxTangent = 3.0F;  // of the angle between normal and ray: 72°
-  return 3.0F * depthNoise(z) + 0.01F + kMaxTangent * z * std::sqrt(coarse.areaPerSquare);
+  return 3.0F * depthNoise(z) + 0.01F + kMaxTangent * z * coarse.widthPerDepth;
 }
 
 Components connectedComponents(const CoarseDepth& coarse, const std::vector<std::uint8_t>& wanted) {

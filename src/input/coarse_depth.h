@@ -16,11 +16,14 @@ struct CoarseDepth {
   int height = 0;            ///< [cells]
   std::vector<float> depth;  ///< width · height [m]; 0 = none
   Eigen::Matrix3Xf points;   ///< 3 × width·height in the camera's frame [m]; 0 = none
-  float areaPerSquare = 0;   ///< a cell at depth z sees areaPerSquare · z² of surface face on
+  float widthPerDepth = 0;   ///< a cell at depth z sees a square of widthPerDepth · z face on
 
   int size() const { return width * height; }
 
-  float area(int cell) const { return areaPerSquare * depth[cell] * depth[cell]; }
+  float area(int cell) const {
+    const float side = widthPerDepth * depth[cell];
+    return side * side;
+  }
 };
 
 /// About 160 cells across.

@@ -1,6 +1,6 @@
 #include "src/input/depth_preparation.h"
 
-#include "src/input/depth_noise.h"
+#include "src/input/pixel_rays.h"
 
 #include <algorithm>
 #include <cmath>
@@ -99,24 +99,23 @@ DepthCloud withPerson(
     const std::vector<std::uint8_t>& personCells,
     const std::optional<Plane>& floor) {
   const std::vector<DepthRange> ranges = depthRanges(coarse, personCells);
-  const auto belongs = [&](int x, int y, const DepthRange& range) {
-    const float z = cloud.depth[cloud.index(x, y)];
-    if (z <= range.low || z >= range.high || z <= 0.0F)
-      return false;
-    const auto rayX = static_cast<float>((x - camera.cx) / camera.fx);
-    const auto rayY = static_cast<float>((y - camera.cy) / camera.fy);
-    return !floor || isOffFloor(*floor, {rayX, rayY, 1.0F}, z);
-  };
+  const Eigen::ArrayXf raysX = pixelRays(0, cloud.width, camera.cx, camera.fx);
+  const Eigen::ArrayXf raysY = pixelRays(0, cloud.height, camera.cy, camera.fy);
   const int numCellPixels = coarse.step * coarse.step;
   for (int cell = 0; cell < coarse.size(); ++cell) {
-    if (ranges[cell].high <= 0.0F)
+    const DepthRange& range = ranges[cell];
+    if (range.high <= 0.0F)
       continue;
     const int left = cell % coarse.width * coarse.step;
     const int top = cell / coarse.width * coarse.step;
     for (int i = 0; i < numCellPixels; ++i) {
       const int x = left + i % coarse.step;
       const int y = top + i / coarse.step;
-      cloud.person[cloud.index(x, y)] = belongs(x, y, ranges[cell]) ? 1 : 0;
+      const std::size_t pixel = cloud.index(x, y);
+      const float z = cloud.depth[pixel];
+      const bool inRange = z > range.low && z < range.high && z > 0.0F;
+      const bool belongs = inRange && (!floor || isOffFloor(*floor, {raysX[x], raysY[y], 1.0F}, z));
+      cloud.person[pixel] = belongs ? 1 : 0;
     }
   }
   return cloud;
@@ -160,7 +159,8 @@ DepthCloud DepthPreparation::operator()(const RgbdFrame& frame, DepthCloud recyc
     throw std::invalid_argument("DepthPreparation: the frame has not the camera's size");
   if (!frame.labels.empty() && frame.labels.size() != frame.depth.size())
     throw std::invalid_argument("DepthPreparation: the labels have not the depth's size");
-  DepthCloud cloud = withoutSurface(std::move(recycled));
+  DepthCloud cloud = std::move(recycled);
+  const std::vector<std::uint8_t> formerPerson = std::exchange(cloud.person, {});
   cloud.width = frame.width;
   cloud.height = frame.height;
   cloud.depth =
@@ -168,7 +168,7 @@ DepthCloud DepthPreparation::operator()(const RgbdFrame& frame, DepthCloud recyc
   const CoarseDepth coarse = coarseDepth(cloud.depth, camera_);
   cloud.person.assign(cloud.depth.size(), 0);
   if (!tracker_ && !showsScene(coarse))
-    return withSurface(std::move(cloud), camera_, options_.normals);
+    return withSurface(std::move(cloud), camera_, options_.normals, formerPerson);
   if (!tracker_)
     tracker_.emplace(findLayout(coarse, options_.up));
   const std::vector<std::uint8_t> cells = tracker_->next(coarse);
@@ -182,7 +182,7 @@ DepthCloud DepthPreparation::operator()(const RgbdFrame& frame, DepthCloud recyc
     if (cloud.person[i] == 0)
       cloud.labels[i] = kBackground;
   }
-  return withSurface(std::move(cloud), camera_, options_.normals);
+  return withSurface(std::move(cloud), camera_, options_.normals, formerPerson);
 }
 
 }  // namespace simulcap

@@ -1,9 +1,11 @@
 #include "src/input/depth_surface.h"
 
-#include "src/input/depth_noise.h"
+#include "src/input/pixel_rays.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -20,184 +22,252 @@ struct Box {
   int height() const { return bottom - top; }
 };
 
-struct PersonExtent {
-  Box box;
-  float meanDepth = 0.0F;  ///< [m]
-};
-
-PersonExtent extentOf(const DepthCloud& cloud) {
+Box boxOfPerson(const DepthCloud& cloud) {
   Box box{cloud.width, cloud.height, 0, 0};
-  double sum = 0.0;
-  long count = 0;
   for (int y = 0; y < cloud.height; ++y) {
-    const auto row = cloud.person.begin() + static_cast<std::ptrdiff_t>(cloud.index(0, y));
-    if (std::find(row, row + cloud.width, 1) == row + cloud.width)
+    const std::uint8_t* row = cloud.person.data() + cloud.index(0, y);
+    const std::uint8_t* end = row + cloud.width;
+    const auto first = std::find(row, end, 1) - row;
+    if (first == cloud.width)
       continue;
-    for (int x = 0; x < cloud.width; ++x) {
-      if (cloud.person[cloud.index(x, y)] == 0)
-        continue;
-      box = {std::min(box.left, x), std::min(box.top, y), std::max(box.right, x + 1), y + 1};
-      sum += static_cast<double>(cloud.depth[cloud.index(x, y)]);
-      ++count;
-    }
+    const auto afterLast = std::find(std::reverse_iterator(end), std::reverse_iterator(row), 1);
+    box.left = std::min(box.left, static_cast<int>(first));
+    box.right = std::max(box.right, static_cast<int>(afterLast.base() - row));
+    box.top = std::min(box.top, y);
+    box.bottom = y + 1;
   }
-  if (count == 0)
-    return {};
-  return {box, static_cast<float>(sum / static_cast<double>(count))};
+  return box;
 }
 
-/// Window of the gradient [px]: differences over 2 · reach pixels, averaged over ±radius. With the
-/// radius no smaller than the reach, pixels at a border still see differences.
-struct Window {
-  int reach = 1;
-  int radius = 1;
-};
-
-Window windowFor(const NormalOptions& options, double focal, float meanDepth) {
-  constexpr int kMax = 8;
-  const float pixels = options.baseline * static_cast<float>(focal) / std::max(meanDepth, 0.1F);
-  const int half = std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kMax);
-  return {half, half};
-}
+constexpr int kMaxReach = 8;  // [px]
 
 /// Inverse depth of the person's pixels; 0 elsewhere, and in a margin around the box.
-struct InverseDepth {
-  int stride = 0;
-  int margin = 0;
-  std::vector<float> values;
-
-  std::ptrdiff_t offset(int y) const {
-    const std::ptrdiff_t line = y + margin;
-    return line * stride + margin;
-  }
-
-  const float* row(int y) const { return values.data() + offset(y); }
-};
-
-InverseDepth inverseDepth(const DepthCloud& cloud, const Box& box, int margin) {
-  InverseDepth result{box.width() + 2 * margin, margin, {}};
-  const std::size_t rows = box.height() + 2 * margin;
-  result.values.resize(rows * static_cast<std::size_t>(result.stride));
-  for (int y = 0; y < box.height(); ++y) {
-    const std::size_t from = cloud.index(box.left, box.top + y);
-    float* to = result.values.data() + result.offset(y);
-    for (int x = 0; x < box.width(); ++x)
-      to[x] = cloud.person[from + x] != 0 ? 1.0F / cloud.depth[from + x] : 0.0F;
-  }
-  return result;
-}
-
-/// Sum of differences along u, their number, the same along v.
-using Gradient = Eigen::Array4f;
-
-/// What differences of inverse depth may be: |Δ(1/z)| = |Δz| / z².
-struct DifferenceLimits {
-  float slopeU = 0.0F;  ///< of a surface's slope over the reach, times 1/z
-  float slopeV = 0.0F;
-
-  /// depthJump's noise over z² with z = 1 / inverse.
-  static float noise(float inverse) {
-    const float fromNear = 1.0F - 0.4F * inverse;
-    return 5.0F * (0.0012F * inverse * inverse + 0.0019F * fromNear * fromNear);
-  }
-};
-
-/// The difference of the pixels `step` after and before a pixel and a 1, if all three are of one
-/// surface; else zeros.
-inline std::pair<float, float> difference(const float* pixel, std::ptrdiff_t step, float limit) {
-  const float centre = *pixel;
-  const float after = pixel[step];
-  const float before = pixel[-step];
-  const int same = static_cast<int>(after > 0.0F) & static_cast<int>(before > 0.0F) &
-                   static_cast<int>(std::abs(after - centre) <= limit) &
-                   static_cast<int>(std::abs(centre - before) <= limit);
-  return same != 0 ? std::pair{after - before, 1.0F} : std::pair{0.0F, 0.0F};
-}
-
-/// The gradients of a box' rows, summed over a window: a running sum down the columns, then one
-/// along the row that is asked for.
-class WindowedGradient {
+class InverseDepth {
  public:
-  WindowedGradient(
-      const InverseDepth& image,
-      const Box& box,
-      const Window& window,
-      const DifferenceLimits& limits)
-      : image_(image), box_(box), window_(window), limits_(limits) {
-    const std::size_t rows = 2 * window.radius + 1;
-    const auto width = static_cast<std::size_t>(box.width());
-    ring_.assign(rows, std::vector<Gradient>(width, Gradient::Zero()));
-    columns_.assign(width, Gradient::Zero());
-    sums_.assign(width, Gradient::Zero());
-    for (int y = 0; y < window.radius; ++y)
-      addRow(y);
+  InverseDepth(const DepthCloud& cloud, const Box& box)
+      : stride_(box.width() + 2 * kMargin),
+        values_(Eigen::ArrayXf::Zero((box.height() + 2 * kMargin) * stride_)) {
+    for (int y = 0; y < box.height(); ++y) {
+      const std::size_t from = cloud.index(box.left, box.top + y);
+      invert(
+          cloud.depth.data() + from,
+          cloud.person.data() + from,
+          values_.data() + offset(y),
+          box.width());
+    }
   }
 
-  /// The sums around each pixel of row y; rows must be asked for in order from 0.
-  const std::vector<Gradient>& row(int y) {
-    addRow(y + window_.radius);
-    Gradient sum = Gradient::Zero();
-    const int width = box_.width();
-    for (int x = 0; x < std::min(window_.radius, width); ++x)
-      sum += columns_[x];
-    for (int x = 0; x < width; ++x) {
-      if (x + window_.radius < width)
-        sum += columns_[x + window_.radius];
-      if (x - window_.radius - 1 >= 0)
-        sum -= columns_[x - window_.radius - 1];
-      sums_[x] = sum;
-    }
-    return sums_;
+  /// Row y of the box, or one as far as the margin goes.
+  const float* row(int y) const { return values_.data() + offset(y); }
+
+  Eigen::Index stride() const { return stride_; }
+
+  /// Of the person's pixels.
+  float mean() const {
+    const auto count = static_cast<float>((values_ > 0.0F).count());
+    return values_.sum() / std::max(count, 1.0F);
   }
 
  private:
-  /// Takes row y (none below the box) into the columns and the one that leaves the window out.
-  void addRow(int y) {
-    std::vector<Gradient>& slot = ring_[static_cast<std::size_t>(y) % ring_.size()];
-    for (int x = 0; x < box_.width(); ++x)
-      columns_[x] -= slot[x];
-    if (y >= box_.height()) {
-      std::fill(slot.begin(), slot.end(), Gradient::Zero());
-      return;
+  static constexpr int kMargin = 2 * kMaxReach;
+
+  static void invert(
+      const float* depth, const std::uint8_t* person, float* __restrict inverse, int count) {
+    constexpr float kTiny = 1e-6F;  // what isn't measured isn't the person either
+    for (int x = 0; x < count; ++x)
+      inverse[x] = static_cast<float>(person[x]) / std::max(depth[x], kTiny);
+  }
+
+  Eigen::Index offset(int y) const { return (y + kMargin) * stride_ + kMargin; }
+
+  Eigen::Index stride_;
+  Eigen::ArrayXf values_;
+};
+
+/// Differences are taken over 2 · reach pixels and averaged over ±reach, so that pixels at a border
+/// still see some [px].
+int reachFor(const NormalOptions& options, double focal, float meanInverseDepth) {
+  const float pixels = options.baseline * static_cast<float>(focal) * meanInverseDepth;
+  return std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kMaxReach);
+}
+
+/// What differences of inverse depth may be: |Δ(1/z)| = |Δz| / z². depthJump's noise over z² with
+/// z = 1 / inverse, and a surface's slope over the reach, times 1/z.
+inline float differenceLimit(float inverse, float slope) {
+  const float fromNear = 1.0F - 0.4F * inverse;
+  return 5.0F * (0.0012F * inverse * inverse + 0.0019F * fromNear * fromNear) + slope * inverse;
+}
+
+/// Inverse depth of pixels and of those before and after them.
+struct ComparedPixels {
+  const float* before;
+  const float* centre;
+  const float* after;
+};
+
+/// Per pixel the difference of the ones after and before and a 1, if all three are of one surface;
+/// else zeros. Free of branches, so that the compiler makes it wide.
+void findDifferences(
+    const ComparedPixels& pixels,
+    float slope,
+    float* __restrict difference,
+    float* __restrict one,
+    int count) {
+  const float* before = pixels.before;
+  const float* centre = pixels.centre;
+  const float* after = pixels.after;
+  for (int x = 0; x < count; ++x) {
+    const float limit = differenceLimit(centre[x], slope);
+    const int same = static_cast<int>(centre[x] > 0.0F) & static_cast<int>(after[x] > 0.0F) &
+                     static_cast<int>(before[x] > 0.0F) &
+                     static_cast<int>(std::abs(after[x] - centre[x]) <= limit) &
+                     static_cast<int>(std::abs(centre[x] - before[x]) <= limit);
+    one[x] = static_cast<float>(same);
+    difference[x] = one[x] * (after[x] - before[x]);
+  }
+}
+
+/// Differences of inverse depth in one direction, averaged over a window that goes down the image.
+class WindowedDifference {
+ public:
+  /// `step`: from a pixel to the ones that are compared, `reach` pixels before and after it.
+  /// `slope`: of differenceLimit().
+  WindowedDifference(
+      const InverseDepth& image, int width, int reach, Eigen::Index step, float slope)
+      : image_(image),
+        width_(width),
+        reach_(reach),
+        step_(step),
+        slope_(slope),
+        rows_(2 * reach + 1, Sums(width)),
+        columns_(width + 2 * reach + 1),
+        window_(width) {
+    for (int y = 0; y < reach; ++y)
+      add(y);
+  }
+
+  /// Goes on to row y; rows in order from 0.
+  void advance(int y) {
+    add(y + reach_);
+    const Eigen::Index size = 2 * reach_ + 1;
+    const Eigen::ArrayXf& sum = columns_.sum;
+    const Eigen::ArrayXf& count = columns_.count;
+    float windowSum = sum.head(size).sum();
+    float windowCount = count.head(size).sum();
+    for (Eigen::Index x = 0; x < width_; ++x) {
+      windowSum += sum[x + size] - sum[x];
+      windowCount += count[x + size] - count[x];
+      window_.sum[x] = windowSum;
+      window_.count[x] = windowCount;
     }
+  }
+
+  /// Around each pixel of the row; 0 where there is no difference.
+  auto mean() const { return window_.sum / window_.count.max(1.0F); }
+
+  /// 1 where there is any difference, else 0.
+  auto isKnown() const { return window_.count.min(1.0F); }
+
+ private:
+  struct Sums {
+    explicit Sums(Eigen::Index size)
+        : sum(Eigen::ArrayXf::Zero(size)), count(Eigen::ArrayXf::Zero(size)) {}
+
+    Eigen::ArrayXf sum, count;
+  };
+
+  /// Takes row y into the columns' sums and the one that leaves the window out.
+  void add(int y) {
+    Sums& slot = rows_[static_cast<std::size_t>(y) % rows_.size()];
+    columns_.sum.segment(reach_ + 1, width_) -= slot.sum;
+    columns_.count.segment(reach_ + 1, width_) -= slot.count;
     const float* row = image_.row(y);
-    const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(window_.reach) * image_.stride;
-    for (int x = 0; x < box_.width(); ++x) {
-      slot[x].setZero();
-      const float centre = row[x];
-      if (centre == 0.0F)
-        continue;
-      const float noise = DifferenceLimits::noise(centre);
-      const auto [du, countU] = difference(row + x, window_.reach, noise + limits_.slopeU * centre);
-      const auto [dv, countV] = difference(row + x, down, noise + limits_.slopeV * centre);
-      slot[x] << du, countU, dv, countV;
-      columns_[x] += slot[x];
-    }
+    findDifferences(
+        {row - step_, row, row + step_}, slope_, slot.sum.data(), slot.count.data(), width_);
+    columns_.sum.segment(reach_ + 1, width_) += slot.sum;
+    columns_.count.segment(reach_ + 1, width_) += slot.count;
   }
 
   const InverseDepth& image_;
-  Box box_;
-  Window window_;
-  DifferenceLimits limits_;
-  std::vector<std::vector<Gradient>> ring_;  // the rows inside the window
-  std::vector<Gradient> columns_;            // their sums
-  std::vector<Gradient> sums_;
+  int width_;
+  int reach_;
+  Eigen::Index step_;
+  float slope_;
+  std::vector<Sums> rows_;  // of the window
+  Sums columns_;            // sums of those, with a margin of reach + 1 before and reach after
+  Sums window_;             // sums of the columns around each pixel
 };
 
-/// From inverse depth per pixel to the normal (see withSurface).
-struct NormalScale {
-  float u = 0.0F;  ///< fx / (2 reach)
-  float v = 0.0F;
+/// Points and normals, row by row.
+class SurfaceRows {
+ public:
+  SurfaceRows(const InverseDepth& inverse, const Box& box, const avatar::Camera& camera, int reach)
+      : inverse_(inverse),
+        box_(box),
+        scale_(0.5 * camera.fx / reach, 0.5 * camera.fy / reach),
+        along_(inverse, box.width(), reach, reach, slopeLimit(reach, camera.fx)),
+        down_(inverse, box.width(), reach, reach * inverse.stride(), slopeLimit(reach, camera.fy)),
+        rayX_(pixelRays(box.left, box.width(), camera.cx, camera.fx)),
+        rayY_(pixelRays(box.top, box.height(), camera.cy, camera.fy)),
+        normals_(box.width(), 3),
+        length_(box.width()) {}
 
-  Eigen::Vector3f normal(const Gradient& sums, float rayX, float rayY, float z) const {
-    if (sums[1] < 0.5F || sums[3] < 0.5F)
-      return Eigen::Vector3f::Zero();
-    const float du = sums[0] / sums[1] * u;
-    const float dv = sums[2] / sums[3] * v;
-    // c < 0 for a normal towards the camera, hence the signs.
-    return Eigen::Vector3f(-du, -dv, rayX * du + rayY * dv - 1.0F / z).normalized();
+  /// Row y of the box; rows in order from 0.
+  void write(int y, DepthCloud& cloud) {
+    along_.advance(y);
+    down_.advance(y);
+    setNormals(y);
+    const float rayY = rayY_[y];
+    const std::size_t start = cloud.index(box_.left, box_.top + y);
+    for (int x = 0; x < box_.width(); ++x) {
+      const std::size_t pixel = start + static_cast<std::size_t>(x);
+      if (cloud.person[pixel] == 0)
+        continue;
+      const float z = cloud.depth[pixel];
+      cloud.points.col(pixel) << rayX_[x] * z, rayY * z, z;
+      cloud.normals.col(pixel) = normals_.row(x).matrix().transpose();
+    }
   }
+
+ private:
+  static float slopeLimit(int reach, double focal) {
+    constexpr float kMaxTangent = 2.5F;  // of the angle between normal and ray: 68°
+    return kMaxTangent * static_cast<float>(reach) / static_cast<float>(focal);
+  }
+
+  /// From inverse depth per pixel to the normal (see withSurface): with c < 0 for a normal towards
+  /// the camera, hence the signs.
+  void setNormals(int y) {
+    const Eigen::Map<const Eigen::ArrayXf> inverse(inverse_.row(y), box_.width());
+    auto nx = normals_.col(0);
+    auto ny = normals_.col(1);
+    auto nz = normals_.col(2);
+    nx = -scale_.x() * along_.mean();
+    ny = -scale_.y() * down_.mean();
+    nz = -rayX_ * nx - rayY_[y] * ny - inverse;
+    // Beside the person all parts may be 0.
+    length_ = (nx.square() + ny.square() + nz.square()).sqrt().max(1e-30F);
+    normals_.colwise() *= along_.isKnown() * down_.isKnown() / length_;
+  }
+
+  const InverseDepth& inverse_;
+  Box box_;
+  Eigen::Array2f scale_;  // fx, fy over 2 · reach
+  WindowedDifference along_, down_;
+  Eigen::ArrayXf rayX_, rayY_;  // of the box' columns and rows
+  Eigen::ArrayX3f normals_;     // of a row, part by part
+  Eigen::ArrayXf length_;
 };
+
+/// Memory's speed is what limits: what the person still covers is written only once.
+void clearWherePersonLeft(const std::vector<std::uint8_t>& formerPerson, DepthCloud& cloud) {
+  for (std::size_t pixel = 0; pixel < formerPerson.size(); ++pixel) {
+    if (formerPerson[pixel] <= cloud.person[pixel])
+      continue;
+    cloud.points.col(pixel).setZero();
+    cloud.normals.col(pixel).setZero();
+  }
+}
 
 }  // namespace
 
@@ -206,54 +276,28 @@ void NormalOptions::validate() const {
     throw std::invalid_argument("NormalOptions: baseline must be positive");
 }
 
-DepthCloud withoutSurface(DepthCloud cloud) {
-  if (cloud.points.cols() != std::ssize(cloud.person) ||
-      cloud.normals.cols() != std::ssize(cloud.person))
-    return cloud;
-  for (std::size_t i = 0; i < cloud.person.size(); ++i) {
-    if (cloud.person[i] == 0)
-      continue;
-    cloud.points.col(i).setZero();
-    cloud.normals.col(i).setZero();
-    cloud.person[i] = 0;
-  }
-  return cloud;
-}
-
 DepthCloud withSurface(
-    DepthCloud cloud, const avatar::Camera& camera, const NormalOptions& options) {
+    DepthCloud cloud,
+    const avatar::Camera& camera,
+    const NormalOptions& options,
+    const std::vector<std::uint8_t>& formerPerson) {
   options.validate();
   const auto numPixels = static_cast<Eigen::Index>(cloud.depth.size());
-  if (cloud.points.cols() != numPixels || cloud.normals.cols() != numPixels) {
+  const bool known = formerPerson.empty() || formerPerson.size() == cloud.person.size();
+  if (cloud.points.cols() != numPixels || cloud.normals.cols() != numPixels || !known) {
     cloud.points.setZero(3, numPixels);
     cloud.normals.setZero(3, numPixels);
+  } else {
+    clearWherePersonLeft(formerPerson, cloud);
   }
-  const PersonExtent extent = extentOf(cloud);
-  const Box& box = extent.box;
+  const Box box = boxOfPerson(cloud);
   if (box.width() <= 0)
     return cloud;
-  const Window window = windowFor(options, camera.fx, extent.meanDepth);
-  const InverseDepth inverse = inverseDepth(cloud, box, window.reach);
-  constexpr float kMaxTangent = 2.5F;  // of the angle between normal and ray: 68°
-  const auto reach = static_cast<float>(window.reach);
-  const auto fx = static_cast<float>(camera.fx);
-  const auto fy = static_cast<float>(camera.fy);
-  WindowedGradient gradient(
-      inverse, box, window, {kMaxTangent * reach / fx, kMaxTangent * reach / fy});
-  const NormalScale scale{0.5F * fx / reach, 0.5F * fy / reach};
-  for (int y = box.top; y < box.bottom; ++y) {
-    const auto rayY = (static_cast<float>(y) - static_cast<float>(camera.cy)) / fy;
-    const std::vector<Gradient>& sums = gradient.row(y - box.top);
-    for (int x = box.left; x < box.right; ++x) {
-      const std::size_t pixel = cloud.index(x, y);
-      if (cloud.person[pixel] == 0)
-        continue;
-      const float rayX = (static_cast<float>(x) - static_cast<float>(camera.cx)) / fx;
-      const float z = cloud.depth[pixel];
-      cloud.points.col(pixel) << rayX * z, rayY * z, z;
-      cloud.normals.col(pixel) = scale.normal(sums[x - box.left], rayX, rayY, z);
-    }
-  }
+  const InverseDepth inverse(cloud, box);
+  const int reach = reachFor(options, camera.fx, inverse.mean());
+  SurfaceRows rows(inverse, box, camera, reach);
+  for (int y = 0; y < box.height(); ++y)
+    rows.write(y, cloud);
   return cloud;
 }
 

@@ -3,6 +3,9 @@
 #include "avatar/geometry/camera.h"
 #include "src/input/depth_cloud.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace simulcap {
 
 struct NormalOptions {
@@ -17,12 +20,12 @@ struct NormalOptions {
 /// n·X = c gives 1/z = (n_x x + n_y y + n_z)/c with x = (u − cx)/fx, so the gradient of 1/z is the
 /// normal. The gradient is the mean of differences in a window; differences across a jump or a hole
 /// are left out. Pixels without any difference in u or v get no normal. Points and normals of the
-/// cloud's size that are there already must be 0 outside of the person.
+/// cloud's size may be there already, of a frame whose person was `formerPerson` (W·H, or empty:
+/// they are all 0): they are replaced.
 DepthCloud withSurface(
-    DepthCloud cloud, const avatar::Camera& camera, const NormalOptions& options = {});
-
-/// The cloud with nobody in it: clears the person's pixels, points and normals, so that the memory
-/// can serve another frame.
-DepthCloud withoutSurface(DepthCloud cloud);
+    DepthCloud cloud,
+    const avatar::Camera& camera,
+    const NormalOptions& options = {},
+    const std::vector<std::uint8_t>& formerPerson = {});
 
 }  // namespace simulcap
