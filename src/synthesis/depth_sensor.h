@@ -18,11 +18,15 @@ double kinectAxialNoise(double z, double angle);
 /// at a baseline of 75 mm and a focal length of 580 px (Khoshelham & Elberink 2012), [m].
 double kinectDepthStep(double z);
 
-/// Axial noise of a time-of-flight camera, about 1.3 mm at 1 m and growing with the square of
-/// distance, as the light that comes back falls, [m]: 0.001 (1.5 − 0.5 z + 0.3 z² + 0.1 z^1.5 ·
-/// θ²/(π/2 − θ)²), the form of the fit to Kinect v2 indoors by Fankhauser et al. 2015. The
-/// coefficients are not checked against a device of ours; flying pixels and multi-path come on top,
-/// from geometry with an albedo of 0.5, where real ones depend on every surface's reflectivity.
+/// Axial noise of a time-of-flight camera, [m]: Kinect v2's indoors as measured by Fankhauser et
+/// al. 2015 (Kinect v2 for mobile robot navigation, ICAR, doi:10.1109/ICAR.2015.7251485), 1.5 − 0.5
+/// z + 0.3 z² + 0.1 z^1.5 · θ²/(π/2 − θ)² in millimetres, 1.3 mm face on at 1 m.
+///
+/// Why such a curve: the distance is c/(4πf) of a phase, whose error is that of the counted light
+/// over its amplitude A. A falls with z²; light of the camera's own gives an error ~ √A/A ~ z (shot
+/// noise), everything else, room light and electronics, one ~ 1/A ~ z² (Falie & Buzuloiu 2007,
+/// Noise characteristics of 3D time-of-flight cameras). So noise never grows faster than z². Real
+/// noise depends on every surface's reflectivity too; here all are alike.
 double timeOfFlightNoise(double z, double angle);
 
 /// Who measures a frame, and which one.
@@ -40,7 +44,8 @@ struct SensedFrame {
 /// published curves end at 80°. Noise is independent from pixel to pixel; that of real devices is
 /// correlated over the matching window of some 9 px.
 /// kTimeOfFlight: every pixel adds up the phases of what it covers (flying pixels at jumps), light
-/// that came over another surface (multi-path), axial noise, 0.3 … 7 m.
+/// that came over another surface (multi-path, with an assumed albedo of 0.5), axial noise,
+/// 0.3 … 7 m.
 ///
 /// Throws std::invalid_argument when the depth isn't the camera's W·H pixels.
 std::vector<float> applySensor(
@@ -57,8 +62,12 @@ std::vector<std::uint8_t> projectorShadow(
 /// the surface's own side of jumps.
 std::vector<float> viewingAngles(const std::vector<float>& depth, const avatar::Camera& camera);
 
-/// Depth after light has gone over other surfaces: one bounce between patches of the picture, each
-/// of Lambert's reflection with the given albedo, phases added up. Never less than `depth`.
+/// Depth after light has gone over other surfaces as well: the camera adds up what comes directly
+/// and what comes later as phasors and takes the sum for a single return (the radiometric model of
+/// Jiménez et al. 2014, Modeling and correction of multipath interference in time of flight
+/// cameras, Image and Vision Computing 32:1–13). One bounce between patches of the picture, each of
+/// Lambert's reflection with the given albedo; light modulated with 20 MHz. Never less than
+/// `depth`.
 std::vector<float> withMultiPath(
     const std::vector<float>& depth, const avatar::Camera& camera, double albedo);
 

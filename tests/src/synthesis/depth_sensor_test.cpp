@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <numeric>
 
@@ -77,6 +78,17 @@ TEST(DepthSensor, KinectNoiseFollowsThePublishedCurve) {
   }
 }
 
+/// Nguyen et al. 2012, eq. 3, by hand.
+TEST(DepthSensor, KinectNoiseHasThePublishedFigures) {
+  constexpr double kPi = std::numbers::pi;
+  EXPECT_NEAR(kinectAxialNoise(0.4, 0.0), 0.0012, 1e-12);
+  EXPECT_NEAR(kinectAxialNoise(2.4, 0.0), 0.0012 + 0.0019 * 4.0, 1e-12);
+  // At 60°, θ / (π/2 − θ) = 2.
+  EXPECT_NEAR(kinectAxialNoise(1.0, kPi / 3.0), 0.001884 + 0.0004, 1e-12);
+  EXPECT_NEAR(kinectAxialNoise(0.25, kPi / 3.0), 0.0012 + 0.0019 * 0.0225 + 0.0008, 1e-12);
+  EXPECT_NEAR(kinectDepthStep(2.0), 4.0 / 348.0, 1e-12);  // z² / (8 · 580 px · 75 mm)
+}
+
 TEST(DepthSensor, KinectDepthsAreEighthsOfAPixelOfDisparity) {
   const avatar::Camera camera = smallCamera();
   for (const float z :
@@ -142,6 +154,29 @@ TEST(DepthSensor, SilhouettesJitterBetweenFrames) {
   EXPECT_EQ(differentInside, 0);   // five standard deviations away
 }
 
+/// A normal distribution of 0.8 px across the edge: pixel k beside it shows the other side when the
+/// rounded offset is more than k.
+TEST(DepthSensor, SilhouettesJitterByThePublishedLateralNoise) {
+  const avatar::Camera camera = smallCamera();
+  std::vector<float> depth = plane(camera, 2.0);
+  for (int y = 0; y < camera.height; ++y)
+    std::fill_n(depth.begin() + y * camera.width, 80, 0.0F);  // nothing on the left
+  constexpr int kFrames = 20;
+  double swapped[3] = {};
+  for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+    const auto measured = applySensor(depth, camera, sensed(SensorModel::kKinectV1, 1, frame));
+    for (int y = 0; y < camera.height; ++y) {
+      for (int k = 0; k < 3; ++k)
+        swapped[k] += measured[static_cast<std::size_t>(y * camera.width + 79 - k)] > 0.0F ? 1 : 0;
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    const double expected = 0.5 * std::erfc((k + 0.5) / 0.8 / std::numbers::sqrt2);
+    // 2400 trials: three standard errors of a share of 0.27.
+    EXPECT_NEAR(swapped[k] / (kFrames * camera.height), expected, 0.027) << k;
+  }
+}
+
 TEST(DepthSensor, SeedAndFrameDecide) {
   const avatar::Camera camera = smallCamera();
   const std::vector<float> depth = plane(camera, 2.0, 0.3);
@@ -179,6 +214,20 @@ TEST(TimeOfFlight, NoiseFollowsItsCurve) {
   }
 }
 
+/// Fankhauser et al. 2015, by hand.
+TEST(TimeOfFlight, NoiseHasThePublishedFigures) {
+  EXPECT_NEAR(timeOfFlightNoise(1.0, 0.0), 0.0013, 1e-12);
+  EXPECT_NEAR(timeOfFlightNoise(4.0, 0.0), 0.0043, 1e-12);
+  EXPECT_NEAR(timeOfFlightNoise(1.0, std::numbers::pi / 4.0), 0.0014, 1e-12);
+  EXPECT_NEAR(timeOfFlightNoise(4.0, std::numbers::pi / 3.0), 0.0043 + 0.0001 * 8.0 * 4.0, 1e-12);
+}
+
+/// Amplitude falls with z², and no noise grows faster than its inverse.
+TEST(TimeOfFlight, NoiseGrowsNoFasterThanTheLightFalls) {
+  for (double z = 0.5; z < 6.0; z += 0.25)
+    EXPECT_LE(timeOfFlightNoise(1.1 * z, 0.0), 1.21 * timeOfFlightNoise(z, 0.0)) << z;
+}
+
 TEST(TimeOfFlight, PixelsFlyBetweenTheDepthsAtAJump) {
   const avatar::Camera camera = smallCamera();
   std::vector<float> depth = plane(camera, 3.0);
@@ -211,6 +260,53 @@ TEST(TimeOfFlight, LightOverTheOtherWallMakesACornerDeeper) {
   const std::vector<float> same = withMultiPath(flat, camera, 0.5);
   for (std::size_t i = 0; i < flat.size(); ++i)
     EXPECT_NEAR(same[i], flat[i], 1e-4F);
+}
+
+/// The same integral over the other wall as it is, in steps of a centimetre, for one point.
+TEST(TimeOfFlight, MultiPathAgreesWithTheIntegralOverTheOtherWall) {
+  const avatar::Camera camera = smallCamera();
+  constexpr double kAlbedo = 0.5;
+  constexpr double kRange = 7.5;  // of light modulated with 20 MHz [m]
+  // Walls z = 3 − |x|: the point is on the right one, what sends light to it on the left one.
+  std::vector<float> corner;
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x)
+      corner.push_back(
+          static_cast<float>(3.0 / (1.0 + std::abs(avatar::rayInCamera(camera, x, y).x()))));
+  }
+  const std::vector<float> longer = withMultiPath(corner, camera, kAlbedo);
+  const Eigen::Vector3d leftNormal = Eigen::Vector3d(1.0, 0.0, -1.0).normalized();
+  const Eigen::Vector3d rightNormal = Eigen::Vector3d(-1.0, 0.0, -1.0).normalized();
+  const double leftmost = -avatar::rayInCamera(camera, 0, 0).x();
+  for (const int column : {95, 110, 130}) {
+    const auto pixel = static_cast<std::size_t>(60 * camera.width + column);
+    const Eigen::Vector3d to =
+        static_cast<double>(corner[pixel]) * avatar::rayInCamera(camera, column, 60);
+    const double own = to.norm();
+    std::complex<double> sum(-rightNormal.dot(to) / (own * own * own), 0.0);
+    constexpr double kStep = 0.01;
+    const double end = 3.0 * leftmost / (1.0 + leftmost);  // of the wall in the picture [m]
+    for (double s = 0.5 * kStep; s < end; s += kStep) {
+      const double z = 3.0 - s;
+      const double top = z * avatar::rayInCamera(camera, 0, camera.height - 1).y();
+      for (double y = -top; y < top; y += kStep) {
+        const Eigen::Vector3d from(-s, y, z);
+        const Eigen::Vector3d between = from - to;
+        const double far = from.norm();
+        const double light = -leftNormal.dot(from) / (far * far * far);
+        const double passed = kAlbedo / std::numbers::pi * rightNormal.dot(between) *
+                              -leftNormal.dot(between) / std::pow(between.squaredNorm(), 2) *
+                              kStep * kStep * std::numbers::sqrt2;
+        const double detour = 0.5 * (far + between.norm() - own);
+        sum += std::polar(light * passed, 2.0 * std::numbers::pi * detour / kRange);
+      }
+    }
+    const double expected = std::arg(sum) / (2.0 * std::numbers::pi) * kRange * to.z() / own;
+    const double found = static_cast<double>(longer[pixel] - corner[pixel]);
+    // Patches of 5 pixels, 11 cm wide, for points as near as 30 cm to the other wall.
+    EXPECT_NEAR(found, expected, 0.2 * expected) << column;
+    EXPECT_GT(expected, 0.005);
+  }
 }
 
 }  // namespace
