@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +17,21 @@ struct SynthOptions {
   std::string scene;
   std::string output;
 };
+
+/// "simulating 81.0 s, …": what a finer scene or more pictures would cost.
+std::string timesInWords(const SynthesisTimes& times) {
+  char text[160];
+  std::snprintf(
+      text,
+      sizeof text,
+      "preparing %.1f s, simulating %.1f s, meanwhile rendering %.1f s and compressing %.1f s of "
+      "all threads",
+      times.preparing,
+      times.simulating,
+      times.picturing,
+      times.compressing);
+  return text;
+}
 
 void synth(const SynthOptions& options, const CommandContext& context) {
   const Scene scene = readScene(options.scene);
@@ -40,6 +56,7 @@ void synth(const SynthOptions& options, const CommandContext& context) {
       (report.turnaroundFrames
            ? ", the first " + std::to_string(*report.turnaroundFrames) + " a turn"
            : std::string(", no whole turn")));
+  context.console.info(timesInWords(report.times));
 }
 
 }  // namespace

@@ -11,9 +11,11 @@
 #include "src/synthesis/sequence_writer.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <future>
+#include <mutex>
 #include <numbers>
 #include <utility>
 
@@ -142,6 +144,17 @@ Moment momentOf(const Stage& stage, const SceneRun& run, int staged) {
   return moment;
 }
 
+/// Seconds since it was made.
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 /// Makes and writes the pictures of moments while others are simulated: with several threads, one
 /// batch at a time on threads of its own.
 class Darkroom {
@@ -155,8 +168,7 @@ class Darkroom {
     const auto policy = threads_ > 1 ? std::launch::async : std::launch::deferred;
     running_ = std::async(policy, [this, batch = std::move(moments)] {
       parallelFor(static_cast<long>(batch.size()), std::max(1, threads_ - 1), [&](long i) {
-        const Moment& moment = batch[static_cast<std::size_t>(i)];
-        writer_.writePictures(moment.frame, studio_.pictures(moment));
+        develop(batch[static_cast<std::size_t>(i)]);
       });
     });
     if (threads_ == 1)
@@ -168,11 +180,29 @@ class Darkroom {
       running_.get();
   }
 
+  /// Adds what it took so far; nothing may be running.
+  void report(SynthesisTimes& times) const {
+    times.picturing += picturing_;
+    times.compressing += compressing_;
+  }
+
  private:
+  void develop(const Moment& moment) {
+    const Stopwatch picturing;
+    const SequencePictures pictures = studio_.pictures(moment);
+    const double made = picturing.seconds();
+    writer_.writePictures(moment.frame, pictures);
+    const std::lock_guard lock(mutex_);
+    picturing_ += made;
+    compressing_ += picturing.seconds() - made;
+  }
+
   const Studio& studio_;
   const SequenceWriter& writer_;
   int threads_;
-  std::future<void> running_;  // last, so that it ends before what it uses
+  std::mutex mutex_;
+  double picturing_ = 0.0, compressing_ = 0.0;  // [s]
+  std::future<void> running_;                   // last, so that it ends before what it uses
 };
 
 }  // namespace
@@ -199,6 +229,7 @@ SynthesisReport synthesize(
     const Scene& scene, const std::filesystem::path& sequence, const SynthesisOptions& options) {
   constexpr std::size_t kBatch = 4;  // moments; two batches are in memory at a time
   requireReplaceable(sequence);      // before the minutes that it takes
+  const Stopwatch preparing;
   CaptureScenes scenes = captureScenes(scene);
   const Stage told = setStage(scenes.told);
   const Stage stage = setTruthStage(scenes.truth);
@@ -210,12 +241,15 @@ SynthesisReport synthesize(
   SceneRun run(scenes.truth, stage, std::max(1, options.threads - 1));
   SequenceWriter writer(sequence, layout);
   Darkroom darkroom(studio, writer, options.threads);
-  SynthesisReport report{stage.numFrames, layout.turnaroundFrames, 0, told.notes};
+  SynthesisReport report{stage.numFrames, layout.turnaroundFrames, 0, told.notes, {}};
+  report.times.preparing = preparing.seconds();
   const int total = stage.numPrerollFrames + stage.numFrames;
   std::vector<Moment> moments;
   for (int staged = 0; staged < total; ++staged) {
+    const Stopwatch simulating;
     if (staged > 0 && !run.advance().stable)
       ++report.unstableFrames;
+    report.times.simulating += simulating.seconds();
     if (staged >= stage.numPrerollFrames) {
       moments.push_back(momentOf(stage, run, staged));
       std::vector<Eigen::Matrix3Xd> truth = {moments.back().skin};
@@ -228,6 +262,7 @@ SynthesisReport synthesize(
       options.progress(staged + 1, total);
   }
   darkroom.wait();
+  darkroom.report(report.times);
   writer.finish(*told.avatar);
   return report;
 }

@@ -17,11 +17,20 @@ struct SynthesisOptions {
   std::function<void(int done, int total)> progress = {};
 };
 
+/// Where the time went [s]. Pictures are made on other threads while cloth is simulated.
+struct SynthesisTimes {
+  double preparing = 0.0;    ///< dressing, meshing, stability
+  double simulating = 0.0;   ///< cloth, the settling included
+  double picturing = 0.0;    ///< rendering and sensor, summed over threads
+  double compressing = 0.0;  ///< PNG and JPEG files, summed over threads
+};
+
 struct SynthesisReport {
   int frames = 0;
   std::optional<int> turnaroundFrames;
   int unstableFrames = 0;  ///< in which cloth blew up and stands still
   std::vector<std::string> notes;
+  SynthesisTimes times;
 };
 
 /// Scene → sequence folder with exact truth and avatar.glb. The cloth that is seen is not the
