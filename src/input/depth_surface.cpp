@@ -219,13 +219,15 @@ class SurfaceRows {
     setNormals(y);
     const float rayY = rayY_[y];
     const std::size_t start = cloud.index(box_.left, box_.top + y);
-    for (int x = 0; x < box_.width(); ++x) {
-      const std::size_t pixel = start + static_cast<std::size_t>(x);
-      if (cloud.person[pixel] == 0)
-        continue;
-      const float z = cloud.depth[pixel];
-      cloud.points.col(pixel) << rayX_[x] * z, rayY * z, z;
-      cloud.normals.col(pixel) = normals_.row(x).matrix().transpose();
+    const std::uint8_t* person = cloud.person.data() + start;
+    const std::uint8_t* end = person + box_.width();
+    const std::uint8_t* first = std::find(person, end, 1);
+    while (first != end) {
+      const std::uint8_t* last = std::find(first, end, 0);
+      const auto x = static_cast<int>(first - person);
+      writeRun(
+          {x, static_cast<int>(last - first), start + static_cast<std::size_t>(x), rayY}, cloud);
+      first = std::find(last, end, 1);
     }
   }
 
@@ -233,6 +235,32 @@ class SurfaceRows {
   static float slopeLimit(int reach, double focal) {
     constexpr float kMaxTangent = 2.5F;  // of the angle between normal and ray: 68°
     return kMaxTangent * static_cast<float>(reach) / static_cast<float>(focal);
+  }
+
+  /// Pixels of the person side by side.
+  struct Run {
+    int x = 0;  ///< of the first, in the box
+    int count = 0;
+    std::size_t pixel = 0;  ///< the first, in the image
+    float rayY = 0.0F;
+  };
+
+  void writeRun(const Run& run, DepthCloud& cloud) const {
+    float* __restrict points = cloud.points.data() + 3 * run.pixel;
+    float* __restrict normals = cloud.normals.data() + 3 * run.pixel;
+    const float* depth = cloud.depth.data() + run.pixel;
+    const float* rayX = rayX_.data() + run.x;
+    const float* nx = normals_.col(0).data() + run.x;
+    const float* ny = normals_.col(1).data() + run.x;
+    const float* nz = normals_.col(2).data() + run.x;
+    for (int i = 0; i < run.count; ++i) {
+      points[3 * i] = rayX[i] * depth[i];
+      points[3 * i + 1] = run.rayY * depth[i];
+      points[3 * i + 2] = depth[i];
+      normals[3 * i] = nx[i];
+      normals[3 * i + 1] = ny[i];
+      normals[3 * i + 2] = nz[i];
+    }
   }
 
   /// From inverse depth per pixel to the normal (see withSurface): with c < 0 for a normal towards

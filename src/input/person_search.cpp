@@ -49,8 +49,18 @@ bool isPlausible(const Extent& extent, float area) {
          extent.height <= kMaxHeight && extent.width <= kMaxWidth && extent.depth <= kMaxDepth;
 }
 
-/// The share of a piece's left and right border where what is beside it is farther away or not
-/// measured: 1 for what stands free, small for what others hide or what goes on.
+/// The first cell with depth to one side of another; −1: none up to the image's edge.
+int besideAcrossHoles(const CoarseDepth& coarse, int cell, int side) {
+  for (int x = cell % coarse.width + side; x >= 0 && x < coarse.width; x += side) {
+    cell += side;
+    if (coarse.depth[cell] > 0.0F)
+      return cell;
+  }
+  return -1;
+}
+
+/// The share of a piece's left and right border where what is beside it is farther away or nothing:
+/// 1 for what stands free, small for what others hide or what goes on. Holes say nothing.
 float freeBorder(const CoarseDepth& coarse, const Components& components, int id) {
   long border = 0;
   long farther = 0;
@@ -59,9 +69,11 @@ float freeBorder(const CoarseDepth& coarse, const Components& components, int id
       const int x = cell % coarse.width + side;
       if (x < 0 || x >= coarse.width || components.pieceOfCell[cell + side] == id)
         continue;
-      const float beside = coarse.depth[cell + side];
+      const int beside = besideAcrossHoles(coarse, cell, side);
+      if (beside >= 0 && components.pieceOfCell[beside] == id)
+        continue;
       ++border;
-      farther += beside == 0.0F || beside > coarse.depth[cell] ? 1 : 0;
+      farther += beside < 0 || coarse.depth[beside] > coarse.depth[cell] ? 1 : 0;
     }
   }
   return border == 0 ? 0.0F : static_cast<float>(farther) / static_cast<float>(border);
@@ -70,15 +82,20 @@ float freeBorder(const CoarseDepth& coarse, const Components& components, int id
 float likelihood(const CoarseDepth& coarse, const Components& components, int id, float height) {
   const Component& piece = components.pieces[id];
   double column = 0.0;
-  for (const int cell : piece.cells)
+  double depth = 0.0;
+  for (const int cell : piece.cells) {
     column += cell % coarse.width;
-  const auto centre = static_cast<float>(column / static_cast<double>(piece.cells.size()));
+    depth += static_cast<double>(coarse.depth[cell]);
+  }
+  const auto count = static_cast<double>(piece.cells.size());
+  const auto centre = static_cast<float>(column / count);
+  const auto meanDepth = static_cast<float>(depth / count);  // who is captured stands in front
   const float offCentre = centre / (0.5F * static_cast<float>(coarse.width - 1)) - 1.0F;
   const float freedom = freeBorder(coarse, components, id);
   constexpr float kFullArea = 0.5F;    // more surface than that says no more [m²]
   constexpr float kFullHeight = 1.2F;  // [m]
   return std::min(piece.area, kFullArea) * std::min(height, kFullHeight) *
-         std::exp(-2.0F * offCentre * offCentre) * freedom * freedom;
+         std::exp(-2.0F * offCentre * offCentre) * freedom * freedom / meanDepth;
 }
 
 int mostLikelyPiece(
@@ -267,6 +284,8 @@ std::vector<std::uint8_t> withLimbs(
           !isWall(search, id))
         limbs.push_back(id);
     }
+    if (limbs.empty())
+      break;
     for (const int id : limbs) {
       for (const int cell : components.pieces[id].cells)
         person[cell] = 1;

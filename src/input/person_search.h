@@ -23,8 +23,9 @@ SceneLayout findLayout(const CoarseDepth& coarse, const std::optional<Eigen::Vec
 /// The measured cells that are neither on the floor nor on a wall.
 std::vector<std::uint8_t> offThePlanes(const CoarseDepth& coarse, const SceneLayout& layout);
 
-/// The cells of the person: of all pieces with a person's size the most likely one (large, in the
-/// middle, in front of what is beside it), with the limbs that lie before it. All 0: nobody there.
+/// The cells of the person: of all pieces with a person's size the most likely one (large, near, in
+/// the middle, in front of what is beside it), with the limbs that lie before it. All 0: nobody
+/// there.
 std::vector<std::uint8_t> findPerson(const CoarseDepth& coarse, const SceneLayout& layout);
 
 /// Cells that a limb may be away from the body in the image: a camera's shadow lies in between.

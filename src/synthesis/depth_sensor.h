@@ -25,8 +25,9 @@ double kinectDepthStep(double z);
 /// Why such a curve: the distance is c/(4πf) of a phase, whose error is that of the counted light
 /// over its amplitude A. A falls with z²; light of the camera's own gives an error ~ √A/A ~ z (shot
 /// noise), everything else, room light and electronics, one ~ 1/A ~ z² (Falie & Buzuloiu 2007,
-/// Noise characteristics of 3D time-of-flight cameras). So noise never grows faster than z². Real
-/// noise depends on every surface's reflectivity too; here all are alike.
+/// Noise characteristics of 3D time-of-flight cameras). So noise grows no faster than z², nor does
+/// this curve within Kinect v2's 4.5 m. Real noise depends on every surface's reflectivity too;
+/// here all are alike.
 double timeOfFlightNoise(double z, double angle);
 
 /// Who measures a frame, and which one.

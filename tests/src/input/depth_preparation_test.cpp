@@ -224,6 +224,28 @@ TEST(DepthPreparation, RecycledMemoryLeavesNoTrace) {
   EXPECT_EQ(cloud.normals, expected.normals);
 }
 
+/// As a noisy stereo camera sees a room: depth in patches of a person's size with holes between
+/// them, each patch a little farther than the one on its left. In the middle stands only a patch.
+TEST(DepthPreparation, HolesDontMakeTheBackgroundAPerson) {
+  Room room{.camera = roomCamera()};
+  room.addPerson(standing(), {-0.7, 0.0, 0.0});
+  auto seen = picture(room);
+  constexpr int kPatchWidth = 40;
+  constexpr int kPatchHeight = 110;
+  constexpr int kHole = 5;
+  for (int y = 0; y < seen.frame.height; ++y) {
+    for (int x = 0; x < seen.frame.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * seen.frame.width + x);
+      if (seen.is(i, test::kPerson))
+        continue;
+      const bool isHole = x % kPatchWidth < kHole || y % kPatchHeight < kHole;
+      const auto steps = static_cast<float>(x / kPatchWidth);
+      seen.frame.depth[i] = isHole ? 0.0F : 3.4F + 0.2F * steps;
+    }
+  }
+  EXPECT_GT(maskIou(seen, DepthPreparation(room.camera)(seen.frame).person), kMinIou);
+}
+
 TEST(DepthPreparation, LabelsOfTheUserStayOnThePerson) {
   const Room room = roomWithPerson();
   auto seen = picture(room);

