@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 namespace bullet_ext {
 namespace {
@@ -187,8 +188,12 @@ int substepsFor(double frameDuration, double largestSubstep) {
   }
   // A frame of exactly n substeps takes n of them, whatever the division rounds to.
   const double count = std::max(1.0, std::ceil(frameDuration / largestSubstep * (1.0 - 1e-9)));
-  if (!(count <= 1e6)) {
-    throw std::invalid_argument("substepsFor: more than a million substeps in a frame");
+  if (count > 1.0 && frameDuration / count < kShortestSubstep) {
+    throw std::invalid_argument(
+        "the cloth is so stiff for its mass that it needs substeps of " +
+        std::to_string(1e6 * frameDuration / count) +
+        " microseconds, too short for single precision; use the implicit integrator, softer or "
+        "heavier cloth, or a coarser mesh");
   }
   return static_cast<int>(count);
 }

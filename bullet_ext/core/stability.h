@@ -32,9 +32,14 @@ struct Stability {
 /// equilateral mesh of edge h: λ = max(6 · k/2, 35.6 · w/h²)/m.
 Stability stability(const ClothMesh& mesh, const StabilityOptions& options = {});
 
+/// Shortest substep that single precision bears [s]. Positions a metre from the origin are 6e-8 m
+/// apart: what is slower than 12 mm/s doesn't move in such a substep, while forces go on adding to
+/// its speed.
+inline constexpr double kShortestSubstep = 5e-6;
+
 /// Number of equal substeps, at least 1, for a frame of the given duration [s] when none may be
-/// longer than largestSubstep [s]. Throws std::invalid_argument unless both are above 0 and the
-/// result is at most 1e6.
+/// longer than largestSubstep [s]. Throws std::invalid_argument unless both are above 0, or when
+/// substeps would have to be shorter than kShortestSubstep.
 int substepsFor(double frameDuration, double largestSubstep);
 
 }  // namespace bullet_ext

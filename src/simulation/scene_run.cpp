@@ -6,7 +6,6 @@
 #include "src/simulation/substep_safety.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -79,7 +78,11 @@ void SceneRun::checkStability(const Scene& scene) {
     largest = std::min(largest, found.largestSubstep);
   }
   const auto needed = [&](double safety) {
-    return std::isinf(largest) ? 1 : bullet_ext::substepsFor(timing_.duration, safety * largest);
+    try {
+      return bullet_ext::substepsFor(timing_.duration, safety * largest);
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error(std::string("the scene can't be simulated: ") + error.what());
+    }
   };
   if (scene.integrator == Integrator::kImplicit) {
     timing_.substeps = time.substeps.value_or(

@@ -1,6 +1,7 @@
 #include "src/stability/extreme_run.h"
 
 #include "avatar/geometry/closest_point.h"
+#include "bullet_ext/core/implicit_stepper.h"
 #include "bullet_ext/core/stability.h"
 #include "src/simulation/substep_safety.h"
 
@@ -17,7 +18,9 @@ constexpr double kEnergyFactor = 1.1;  // SimulationOptions::energyFactor, over 
 constexpr double kNoEnergy = 1e-6;     // [J]: rounding, where nothing moves
 
 /// As the program chooses them for a scene that doesn't say.
-int chosenSubsteps(const bullet_ext::CaptureWorld& world) {
+int chosenSubsteps(const bullet_ext::CaptureWorld& world, bool implicit) {
+  if (implicit)
+    return bullet_ext::substepsFor(kExtremeFrame, bullet_ext::ImplicitOptions{}.duration);
   int substeps = kPaperSubsteps;
   for (int i = 0; i < world.numGarments(); ++i) {
     const double safe =
@@ -66,7 +69,8 @@ class ExtremePlay {
       outcome_.vertices += static_cast<int>(world_.mesh(i).numVertices());
     if (scene.body)
       world_.placeBody(scene.body(0));
-    outcome_.asked = chosenSubsteps(world_);
+    const bool implicit = scene.setup.simulation.integrator == bullet_ext::Integrator::kImplicit;
+    outcome_.asked = chosenSubsteps(world_, implicit);
   }
 
   ExtremeOutcome outcome() {

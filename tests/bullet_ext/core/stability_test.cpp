@@ -137,6 +137,9 @@ TEST(Stability, countsSubsteps) {
   EXPECT_THROW(substepsFor(1.0, 0.0), std::invalid_argument);
   EXPECT_THROW(substepsFor(NAN, 1.0), std::invalid_argument);
   EXPECT_THROW(substepsFor(1.0, 1e-9), std::invalid_argument);
+  EXPECT_THROW(substepsFor(1.0 / 30.0, 0.99 * kShortestSubstep), std::invalid_argument);
+  EXPECT_GE(substepsFor(1.0 / 30.0, 1.01 * kShortestSubstep), 6600);
+  EXPECT_EQ(substepsFor(1e-6, 1.0), 1);
 }
 
 TEST(Stability, refusesWrongOptions) {
