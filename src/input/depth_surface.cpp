@@ -49,7 +49,7 @@ Box boxOfPerson(const DepthCloud& cloud) {
   return box;
 }
 
-constexpr int kMaxReach = 8;  // [px]
+constexpr int kLargestReach = 8;  // [px]
 
 /// Inverse depth of the person's pixels; 0 elsewhere, and in a margin around the box.
 class InverseDepth {
@@ -80,7 +80,7 @@ class InverseDepth {
   }
 
  private:
-  static constexpr int kMargin = 2 * kMaxReach;
+  static constexpr int kMargin = 2 * kLargestReach;
 
   static void invert(
       const float* depth, const std::uint8_t* person, float* __restrict inverse, int count) {
@@ -99,7 +99,7 @@ class InverseDepth {
 /// still see some [px].
 int reachFor(const NormalOptions& options, double focal, float meanInverseDepth) {
   const float pixels = options.baseline * static_cast<float>(focal) * meanInverseDepth;
-  return std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kMaxReach);
+  return std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kLargestReach);
 }
 
 /// What differences of inverse depth may be: |Δ(1/z)| = |Δz| / z². depthJump's noise over z² with
