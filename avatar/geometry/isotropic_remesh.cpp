@@ -3,6 +3,7 @@
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closed_polyline.h"
 #include "avatar/geometry/closest_point.h"
+#include "avatar/geometry/triangle_quality.h"
 
 // EigenVectorT specializes templates that the first header declares.
 // clang-format off
@@ -13,8 +14,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
+#include <numbers>
 #include <optional>
+#include <queue>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -24,15 +26,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = std::numbers::pi;
 
 /// An edge is split above and collapsed below these multiples of its wanted length: both leave an
 /// edge that is nearer to it than before (Botsch & Kobbelt 2004).
 constexpr double kSplitAbove = 4.0 / 3.0;
 constexpr double kCollapseBelow = 4.0 / 5.0;
 
-/// A face may turn by at most 60° in one operation.
-constexpr double kMinNormalCosine = 0.5;
+/// Edges above this multiple are split longest first.
+constexpr double kFarTooLong = 4.0;
 
 /// The angle that the last passes work for [rad].
 constexpr double kGoodAngle = 35.0 * kPi / 180.0;
@@ -59,41 +61,18 @@ using Vertex = Mesh::VertexHandle;
 using Edge = Mesh::EdgeHandle;
 using Face = Mesh::FaceHandle;
 using HalfEdge = Mesh::HalfedgeHandle;
-using Corners = std::array<Vector3d, 3>;
-
-Vector3d areaVector(const Corners& p) {
-  return (p[1] - p[0]).cross(p[2] - p[0]);
-}
-
-/// The smallest angle of a triangle [rad]; 0 without area.
-double smallestAngle(const Corners& p) {
-  const double doubleArea = areaVector(p).norm();
-  double angle = kPi;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3d u = p[(k + 1) % 3] - p[k];
-    const Vector3d v = p[(k + 2) % 3] - p[k];
-    angle = std::min(angle, std::atan2(doubleArea, u.dot(v)));
-  }
-  return angle;
-}
-
-/// True when the second triangle has area and faces roughly the same way as the first.
-bool keepsSide(const Vector3d& oldArea, const Vector3d& newArea) {
-  const double scale = oldArea.norm() * newArea.norm();
-  return newArea.squaredNorm() > 0.0 && newArea.dot(oldArea) >= kMinNormalCosine * scale;
-}
 
 class Remesher {
  public:
   Remesher(const MeshView& input, const RemeshOptions& options) : options_(options) {
-    if (!options.project) {
+    if (!options.project)
       bvh_.emplace(input);
-    }
     load(input);
     loadBoundary(input);
   }
 
   RemeshResult run() {
+    splitFarTooLongEdges();
     for (int i = 0; i < options_.iterations; ++i) {
       splitLongEdges();
       collapseShortEdges();
@@ -110,9 +89,8 @@ class Remesher {
  private:
   double sizeAt(const Vector3d& point) const {
     const double size = options_.sizing ? options_.sizing(point) : options_.targetEdgeLength;
-    if (!(size > 0.0 && std::isfinite(size))) {
+    if (!(size > 0.0 && std::isfinite(size)))
       throw std::invalid_argument("isotropicRemesh: the size field must be positive and finite");
-    }
     return size;
   }
 
@@ -124,9 +102,8 @@ class Remesher {
 
   void load(const MeshView& input) {
     std::vector<bool> used(static_cast<std::size_t>(input.numVertices()), false);
-    for (const int v : input.faces.reshaped()) {
+    for (const int v : input.faces.reshaped())
       used[static_cast<std::size_t>(v)] = true;
-    }
     vertices_.assign(used.size(), Vertex());
     mesh_.reserve(used.size(), 3 * used.size(), static_cast<std::size_t>(input.numFaces()));
     for (std::size_t i = 0; i < used.size(); ++i) {
@@ -137,19 +114,16 @@ class Remesher {
       }
     }
     for (Eigen::Index f = 0; f < input.numFaces(); ++f) {
-      mesh_.add_face(
-          inputVertex(input.faces(0, f)),
-          inputVertex(input.faces(1, f)),
-          inputVertex(input.faces(2, f)));
+      const auto corner = [&](int k) { return inputVertex(input.faces(k, f)); };
+      mesh_.add_face(corner(0), corner(1), corner(2));
     }
     for (const int i : options_.fixedVertices) {
       if (i < 0 || i >= input.numVertices()) {
         throw std::invalid_argument(
             "isotropicRemesh: fixed vertex " + std::to_string(i) + " does not exist");
       }
-      if (inputVertex(i).is_valid()) {
+      if (inputVertex(i).is_valid())
         mesh_.data(inputVertex(i)).fixed = true;
-      }
     }
   }
 
@@ -167,9 +141,8 @@ class Remesher {
         data.fixed = data.fixed || options_.boundary == BoundaryMode::kKeep;
         reach.push_back(0.5 * data.size);
       }
-      for (const Eigen::Index corner : curve.corners(reach, options_.cornerAngle)) {
+      for (const Eigen::Index corner : curve.corners(reach, options_.cornerAngle))
         mesh_.data(inputVertex(loop[static_cast<std::size_t>(corner)])).fixed = true;
-      }
       curves_.push_back(curve);
     }
   }
@@ -212,22 +185,45 @@ class Remesher {
 
   // --- split ---
 
+  bool maySplit(Edge e) const {
+    return !mesh_.is_boundary(e) || options_.boundary == BoundaryMode::kResample;
+  }
+
   void splitLongEdges() {
     // New edges are appended, so this goes on until none is too long.
     for (std::size_t i = 0; i < mesh_.n_edges(); ++i) {
       const Edge e(static_cast<int>(i));
-      const bool keep = mesh_.is_boundary(e) && options_.boundary == BoundaryMode::kKeep;
-      while (!keep && relativeLength(e) > kSplitAbove) {
+      while (maySplit(e) && relativeLength(e) > kSplitAbove)
         split(e);
-      }
+    }
+  }
+
+  /// Split in any order, long needles fall into thinner ones whose number grows with the power of
+  /// their length. Longest first, every face is cut across its length (Rivara 1984).
+  void splitFarTooLongEdges() {
+    std::priority_queue<std::pair<double, int>> longest;
+    const auto look = [&](Edge e) {
+      const double length = maySplit(e) ? relativeLength(e) : 0.0;
+      if (length > kFarTooLong)
+        longest.emplace(length, e.idx());
+    };
+    for (std::size_t i = 0; i < mesh_.n_edges(); ++i)
+      look(Edge(static_cast<int>(i)));
+    while (!longest.empty()) {
+      const Edge e(longest.top().second);
+      longest.pop();
+      const std::size_t firstNew = mesh_.n_edges();
+      split(e);
+      look(e);
+      for (std::size_t i = firstNew; i < mesh_.n_edges(); ++i)
+        look(Edge(static_cast<int>(i)));
     }
   }
 
   void split(Edge e) {
     HalfEdge h = mesh_.halfedge_handle(e, 0);
-    if (mesh_.is_boundary(h)) {
+    if (mesh_.is_boundary(h))
       h = mesh_.opposite_halfedge_handle(h);
-    }
     const Vertex a = mesh_.from_vertex_handle(h);
     const Vertex b = mesh_.to_vertex_handle(h);
     Vector3d point = 0.5 * (mesh_.point(a) + mesh_.point(b));
@@ -258,9 +254,8 @@ class Remesher {
   void collapseShortEdges() {
     for (std::size_t i = 0; i < mesh_.n_edges(); ++i) {
       const Edge e(static_cast<int>(i));
-      if (mesh_.status(e).deleted() || relativeLength(e) >= kCollapseBelow) {
+      if (mesh_.status(e).deleted() || relativeLength(e) >= kCollapseBelow)
         continue;
-      }
       const HalfEdge h = mesh_.halfedge_handle(e, 0);
       const HalfEdge opposite = mesh_.opposite_halfedge_handle(h);
       if (canCollapse(h)) {
@@ -282,9 +277,8 @@ class Remesher {
       return false;
     }
     for (const Vertex v : mesh_.vv_range(from)) {
-      if (v != to && relativeLength(v, to) > kSplitAbove) {
+      if (v != to && relativeLength(v, to) > kSplitAbove)
         return false;
-      }
     }
     return keepsFaces(from, to);
   }
@@ -295,9 +289,8 @@ class Remesher {
       const std::array<Vertex, 3> v = cornerVertices(f);
       const bool stays = v[0] != to && v[1] != to && v[2] != to;
       const Vector3d newArea = areaVector(cornersWith(f, from, mesh_.point(to)));
-      if (stays && !keepsSide(areaVector(corners(f)), newArea)) {
+      if (stays && !keepsSide(areaVector(corners(f)), newArea))
         return false;
-      }
     }
     return true;
   }
@@ -341,36 +334,33 @@ class Remesher {
     return error * error;
   }
 
-  void flipForValence() {
+  /// Flips the inner edges for which this holds and both new faces keep their side.
+  void flipWhere(const auto& isBetter) {
     for (std::size_t i = 0; i < mesh_.n_edges(); ++i) {
       const Edge e(static_cast<int>(i));
-      if (mesh_.is_boundary(e) || !mesh_.is_flip_ok(e)) {
+      if (mesh_.is_boundary(e) || !mesh_.is_flip_ok(e))
         continue;
-      }
       const FlipView view = flipView(e);
+      if (isBetter(view) && flipKeepsSide(view))
+        mesh_.flip(e);
+    }
+  }
+
+  void flipForValence() {
+    flipWhere([this](const FlipView& view) {
       const int before = valenceError(view.a, 0) + valenceError(view.b, 0) +
                          valenceError(view.c, 0) + valenceError(view.d, 0);
       const int after = valenceError(view.a, -1) + valenceError(view.b, -1) +
                         valenceError(view.c, 1) + valenceError(view.d, 1);
-      if (after < before && flipKeepsSide(view) &&
-          smallerAngle(view.after) > std::min(0.4, smallerAngle(view.before))) {
-        mesh_.flip(e);
-      }
-    }
+      return after < before && smallerAngle(view.after) > std::min(0.4, smallerAngle(view.before));
+    });
   }
 
   void flipForAngles() {
-    for (std::size_t i = 0; i < mesh_.n_edges(); ++i) {
-      const Edge e(static_cast<int>(i));
-      if (mesh_.is_boundary(e) || !mesh_.is_flip_ok(e)) {
-        continue;
-      }
-      const FlipView view = flipView(e);
+    flipWhere([](const FlipView& view) {
       const double before = smallerAngle(view.before);
-      if (before < kGoodAngle && smallerAngle(view.after) > before && flipKeepsSide(view)) {
-        mesh_.flip(e);
-      }
-    }
+      return before < kGoodAngle && smallerAngle(view.after) > before;
+    });
   }
 
   // --- smoothing ---
@@ -380,17 +370,15 @@ class Remesher {
   void relax(double angleGoal) {
     for (std::size_t i = 0; i < mesh_.n_vertices(); ++i) {
       const Vertex v(static_cast<int>(i));
-      if (!mesh_.data(v).fixed) {
+      if (!mesh_.data(v).fixed)
         mesh_.is_boundary(v) ? slide(v, angleGoal) : relaxInside(v, angleGoal);
-      }
     }
   }
 
   void relaxInside(Vertex v, double angleGoal) {
     const Vector3d aim = relaxedPoint(v);
-    if (!tryMove(v, aim, angleGoal)) {
+    if (!tryMove(v, aim, angleGoal))
       tryMove(v, 0.5 * (mesh_.point(v) + aim), angleGoal);
-    }
   }
 
   /// Mean of the surrounding faces' centres by area over the square of the wanted size, within the
@@ -411,9 +399,8 @@ class Remesher {
       normal += area;
     }
     const Vector3d& point = mesh_.point(v);
-    if (!(sum > 0.0)) {
+    if (!(sum > 0.0))
       return point;
-    }
     const Vector3d move = mean / sum - point;
     normal = normal.stableNormalized();
     return point + move - normal.dot(move) * normal;
@@ -425,9 +412,8 @@ class Remesher {
 
   bool tryMove(Vertex v, const Vector3d& aim, double angleGoal) {
     const Vector3d place = projected(aim);
-    if (!mayMove(v, place, angleGoal)) {
+    if (!mayMove(v, place, angleGoal))
       return false;
-    }
     mesh_.set_point(v, place);
     mesh_.data(v).size = sizeAt(place);
     mesh_.data(v).input = -1;
@@ -440,9 +426,8 @@ class Remesher {
     for (const Face f : mesh_.vf_range(v)) {
       const Corners oldCorners = corners(f);
       const Corners newCorners = cornersWith(f, v, place);
-      if (!keepsSide(areaVector(oldCorners), areaVector(newCorners))) {
+      if (!keepsSide(areaVector(oldCorners), areaVector(newCorners)))
         return false;
-      }
       before = std::min(before, smallestAngle(oldCorners));
       after = std::min(after, smallestAngle(newCorners));
     }
@@ -492,15 +477,12 @@ class Remesher {
 }  // namespace
 
 void RemeshOptions::validate() const {
-  if (!(targetEdgeLength > 0.0 && std::isfinite(targetEdgeLength))) {
+  if (!(targetEdgeLength > 0.0 && std::isfinite(targetEdgeLength)))
     throw std::invalid_argument("RemeshOptions: targetEdgeLength must be positive");
-  }
-  if (!(iterations >= 1 && iterations <= 100)) {
+  if (!(iterations >= 1 && iterations <= 100))
     throw std::invalid_argument("RemeshOptions: iterations must be in [1, 100]");
-  }
-  if (!(cornerAngle > 0.0 && cornerAngle <= kPi)) {
+  if (!(cornerAngle > 0.0 && cornerAngle <= kPi))
     throw std::invalid_argument("RemeshOptions: cornerAngle must be in (0, π]");
-  }
 }
 
 RemeshResult isotropicRemesh(const MeshView& mesh, const RemeshOptions& options) {

@@ -3,6 +3,7 @@
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
+#include "avatar/geometry/primitives_mesh.h"
 #include "tests/support/primitive_meshes.h"
 
 #include <gtest/gtest.h>
@@ -235,6 +236,23 @@ TEST(IsotropicRemesh, LeavesOutVerticesWithoutFaces) {
   const TriangleMesh output = isotropicRemesh(input, options).mesh;
   EXPECT_LT(output.vertices.maxCoeff(), 1.0);
   EXPECT_EQ(isotropicRemesh(TriangleMesh{}, options).mesh.numFaces(), 0);
+}
+
+TEST(IsotropicRemesh, CutsLongNeedlesIntoGoodTriangles) {
+  // One band of faces 53 times as long as wide: cut up in any order they never come to an end.
+  const double radius = 0.1;
+  const double length = 0.8;
+  const TriangleMesh input = capsuleMesh(radius, length, 0.015);
+  RemeshOptions options;
+  options.targetEdgeLength = 0.015;
+  const TriangleMesh output = isotropicRemesh(input, options).mesh;
+  expectSameShape(input, output);
+  expectGoodTriangles(output, 0.015);
+  EXPECT_LT(distanceFrom(input, output), sagBound(0.015, radius));
+  // As many vertices as equilateral triangles need, which have √3/2 l² per vertex.
+  const double area = totalArea(input);
+  const double wanted = area / (0.5 * std::sqrt(3.0) * 0.015 * 0.015);
+  EXPECT_NEAR(static_cast<double>(output.numVertices()), wanted, 0.35 * wanted);
 }
 
 TEST(IsotropicRemesh, RejectsBrokenInput) {
