@@ -37,4 +37,8 @@ DressingBody standForDressing(
   return body;
 }
 
+double waistHeight(const DressingBody& body) {
+  return body.joints(1, kSpine1);
+}
+
 }  // namespace avatar

@@ -28,4 +28,7 @@ struct DressingBody {
 DressingBody standForDressing(
     const BodyModel& model, const Eigen::VectorXd& betas, const BodyPose& pose = aPose());
 
+/// Where waistbands sit [m]: at the lowest spine joint, about the crests of the hip bones.
+double waistHeight(const DressingBody& body);
+
 }  // namespace avatar

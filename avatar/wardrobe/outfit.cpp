@@ -3,9 +3,12 @@
 #include "avatar/avatar_body.h"
 #include "avatar/avatar_pose.h"
 #include "avatar/garment_pose_fit.h"
+#include "avatar/geometry/closest_point.h"
+#include "avatar/geometry/measures.h"
 #include "avatar/wardrobe/attachment.h"
 #include "avatar/wardrobe/dressing_body.h"
 #include "avatar/wardrobe/layers_below.h"
+#include "avatar/wardrobe/sewing.h"
 
 #include <algorithm>
 #include <array>
@@ -74,6 +77,29 @@ Eigen::Vector3d layerColor(std::size_t layer) {
   return kColors[layer % kColors.size()];
 }
 
+/// Triangles too thin for a mass-spring cloth: their springs across are stiff and short.
+long countNeedles(const TriangleMesh& mesh) {
+  constexpr double kNeedle = 5.0 * std::numbers::pi / 180.0;
+  long needles = 0;
+  for (Eigen::Index f = 0; f < mesh.numFaces(); ++f)
+    needles += faceAngles(mesh, f).minCoeff() < kNeedle ? 1 : 0;
+  return needles;
+}
+
+/// Of the nearest places of the mesh that a garment was made from; none if that has none.
+Eigen::Matrix3Xd colorsNearest(const TriangleMesh& mesh, const ModelledGarment& modelled) {
+  if (modelled.vertexColors.cols() == 0)
+    return {};
+  const TriangleBvh bvh(modelled.mesh);
+  Eigen::Matrix3Xd colors(3, mesh.numVertices());
+  for (Eigen::Index v = 0; v < colors.cols(); ++v) {
+    const ClosestPoint nearest = bvh.closestPoint(mesh.vertices.col(v));
+    colors.col(v) =
+        modelled.vertexColors(Eigen::all, modelled.mesh.faces.col(nearest.face)) * nearest.weights;
+  }
+  return colors.cwiseMax(0.0).cwiseMin(1.0);
+}
+
 class Dresser {
  public:
   Dresser(const BodyModel& model, const Eigen::VectorXd& betas) : model_(model), betas_(betas) {
@@ -140,9 +166,33 @@ class Dresser {
     Garment garment;
     garment.name = modelled.name;
     garment.color = layerColor(worn.size());
+    const LayersBelow below(body.mesh(), worn);
+    if (modelled.edgeLength)
+      remesh(garment, modelled, below);
+    else
+      keepMesh(garment, modelled, below);
+    attach(garment, body, rank == kLowerRank ? Fastening::kPinned : Fastening::kLoose);
+    return garment;
+  }
+
+  void remesh(Garment& garment, const ModelledGarment& modelled, const LayersBelow& below) {
+    garment.mesh = sewn(
+        modelled.mesh,
+        below,
+        {.edgeLength = *modelled.edgeLength,
+         .thickness = garment.cloth.thickness,
+         .smoothingRounds = 0});
+    garment.mesh.vertices = roundedToFloat(garment.mesh.vertices);
+    garment.vertexColors = colorsNearest(garment.mesh, modelled);
+    note(
+        modelled.name,
+        "remeshed from " + std::to_string(modelled.mesh.numVertices()) + " to " +
+            std::to_string(garment.mesh.numVertices()) + " vertices");
+  }
+
+  void keepMesh(Garment& garment, const ModelledGarment& modelled, const LayersBelow& below) {
     garment.vertexColors = modelled.vertexColors;
-    const ClearanceResult clear =
-        LayersBelow(body.mesh(), worn).cleared(modelled.mesh, garment.cloth.thickness);
+    const ClearanceResult clear = below.cleared(modelled.mesh, garment.cloth.thickness);
     garment.mesh = {roundedToFloat(clear.vertices), modelled.mesh.faces};
     if (clear.movedVertices > 0)
       note(
@@ -155,8 +205,12 @@ class Dresser {
       note(
           modelled.name,
           std::to_string(clear.verticesBelow) + " vertices have no room between skin and skin");
-    attach(garment, body, rank == kLowerRank ? Fastening::kPinned : Fastening::kLoose);
-    return garment;
+    if (const long needles = countNeedles(garment.mesh); needles > 0)
+      note(
+          modelled.name,
+          std::to_string(needles) + " of " + std::to_string(garment.mesh.numFaces()) +
+              " triangles are needles (an angle below 5 degrees), which simulate badly: have it "
+              "remeshed unless its vertices must stay");
   }
 
   /// What is worn already, as it follows the body into a pose.

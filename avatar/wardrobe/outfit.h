@@ -24,6 +24,9 @@ struct ModelledGarment {
   /// What the body did when the garment was modelled on it. Unset: found by fitConstructionPose()
   /// from all garments without one, which are taken to have been modelled together.
   std::optional<BodyPose> pose = {};
+  /// Remeshed to edges of this length [m], 0.008 … 0.05. Unset: vertices and faces stay as they
+  /// are.
+  std::optional<double> edgeLength = {};
 };
 
 using OutfitPiece = std::variant<GarmentOrder, ModelledGarment>;
@@ -46,8 +49,9 @@ struct DressedAvatar {
 
 /// Dresses a body shape: lower garments first, upper ones over them, each with room for those
 /// below. Every garment keeps the pose it was made in as its bind pose; no vertex is nearer to the
-/// skin there than the cloth's thickness. Vertices of modelled garments keep their order. Those
-/// that end below the chest hang on their highest opening, which is pinned.
+/// skin there than the cloth's thickness. Vertices of modelled garments keep their order unless
+/// they are to be remeshed. Those that end below the chest hang on their highest opening, which is
+/// pinned.
 ///
 /// Throws std::invalid_argument for an unusable body or order or a name that occurs twice, and
 /// std::runtime_error, saying what to do, when modelled garments fit the body in no pose.

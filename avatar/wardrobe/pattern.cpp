@@ -197,11 +197,6 @@ GarmentShape topPattern(const PatternInput& input, const TopDesign& design) {
 
 // ---- Bottoms ----
 
-/// Where waistbands sit: at the height of the lowest spine joint, about the hip bones' crests.
-double waistHeight(const DressingBody& body) {
-  return body.joints(1, kSpine1);
-}
-
 Region waistOpening(const DressingBody& body) {
   return halfSpace(Eigen::Vector3d(0.0, waistHeight(body), 0.0), Eigen::Vector3d::UnitY());
 }

@@ -1,17 +1,12 @@
 #include "avatar/wardrobe/wardrobe.h"
 
 #include "avatar/avatar_body.h"
-#include "avatar/geometry/adjacency.h"
-#include "avatar/geometry/isotropic_remesh.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/wardrobe/attachment.h"
 #include "avatar/wardrobe/layers_below.h"
 #include "avatar/wardrobe/pattern.h"
+#include "avatar/wardrobe/sewing.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -60,69 +55,6 @@ Eigen::AlignedBox3d roomAround(const DressingBody& body) {
   return {box.min() - room, box.max() + room};
 }
 
-TriangleMesh remeshed(const TriangleMesh& mesh, double edgeLength) {
-  RemeshOptions options;
-  options.targetEdgeLength = edgeLength;
-  options.boundary = BoundaryMode::kResample;
-  options.cornerAngle = std::numbers::pi;  // openings are round
-  options.iterations = 10;
-  return isotropicRemesh(mesh, options).mesh;
-}
-
-std::vector<bool> boundaryVertices(const Adjacency& adjacency, Eigen::Index numVertices) {
-  std::vector<bool> result(static_cast<std::size_t>(numVertices), false);
-  for (int edge = 0; edge < static_cast<int>(adjacency.numEdges()); ++edge) {
-    if (!adjacency.isBoundaryEdge(edge))
-      continue;
-    result[static_cast<std::size_t>(adjacency.edges(0, edge))] = true;
-    result[static_cast<std::size_t>(adjacency.edges(1, edge))] = true;
-  }
-  return result;
-}
-
-/// Fabric has no sharp folds where patterns meet: every vertex moves half way to the mean of its
-/// neighbours (of those on the boundary for boundary vertices), again and again.
-TriangleMesh smoothed(const TriangleMesh& mesh, int rounds) {
-  const Adjacency adjacency = buildAdjacency(mesh.faces, mesh.numVertices());
-  const std::vector<bool> isBoundary = boundaryVertices(adjacency, mesh.numVertices());
-  const auto neighbourMean = [&](const Eigen::Matrix3Xd& vertices, int v) -> Eigen::Vector3d {
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (const int neighbour : adjacency.vertexVertices[v]) {
-      if (!isBoundary[static_cast<std::size_t>(v)] ||
-          isBoundary[static_cast<std::size_t>(neighbour)])
-        sum += vertices.col(neighbour).homogeneous();
-    }
-    return sum.hnormalized();
-  };
-  TriangleMesh result = mesh;
-  for (int round = 0; round < rounds; ++round) {
-    const Eigen::Matrix3Xd before = result.vertices;
-    for (int v = 0; v < static_cast<int>(mesh.numVertices()); ++v)
-      result.vertices.col(v) = 0.5 * (before.col(v) + neighbourMean(before, v));
-  }
-  return result;
-}
-
-TriangleMesh clearOf(const LayersBelow& below, const TriangleMesh& mesh, double distance) {
-  return {below.cleared(mesh, distance).vertices, mesh.faces};
-}
-
-/// From the drawn surface to the mesh that is worn. It is cleared before its triangles are made, so
-/// that these are good, and once more for the few vertices that came nearer on the way.
-TriangleMesh sewn(
-    const GarmentShape& shape,
-    const Eigen::AlignedBox3d& room,
-    const LayersBelow& below,
-    double edgeLength) {
-  const double thickness = ClothParameters().thickness;
-  constexpr double kReserve = 0.002;  // for what remeshing moves [m]
-  constexpr int kSmoothingRounds = 4;
-  const TriangleMesh drawn = remeshed(shapeSurface(shape, room, 0.4 * edgeLength), edgeLength);
-  const TriangleMesh fitting =
-      clearOf(below, smoothed(drawn, kSmoothingRounds), thickness + kReserve);
-  return clearOf(below, remeshed(fitting, edgeLength), thickness);
-}
-
 }  // namespace
 
 const std::vector<WardrobePiece>& wardrobe() {
@@ -157,8 +89,13 @@ Garment makeGarment(
   Garment garment;
   garment.name = order.label.empty() ? order.name : order.label;
   garment.color = made.color;
+  constexpr double kCellShare = 0.4;  // of the drawn surface, of an edge
+  const TriangleMesh drawn =
+      shapeSurface(made.pattern(input), roomAround(body), kCellShare * order.edgeLength);
   garment.mesh = sewn(
-      made.pattern(input), roomAround(body), LayersBelow(body.mesh(), inner), order.edgeLength);
+      drawn,
+      LayersBelow(body.mesh(), inner),
+      {.edgeLength = order.edgeLength, .thickness = garment.cloth.thickness});
   garment.mesh.vertices = roundedToFloat(garment.mesh.vertices);
   attach(garment, body, made.hasWaistband ? Fastening::kPinned : Fastening::kLoose);
   return garment;

@@ -28,6 +28,7 @@ struct DressOptions {
   std::string shape;
   std::string material = "middle";
   double edgeLength = 0.02;
+  bool remesh = false;
 };
 
 /// "tshirt" or "tshirt:0.03".
@@ -56,6 +57,8 @@ avatar::ModelledGarment readGarment(
       .vertexColors = file.vertexColors};
   if (options.filePose != "auto")
     garment.pose = namedPose(options.filePose);
+  if (options.remesh)
+    garment.edgeLength = options.edgeLength;
   return garment;
 }
 
@@ -159,6 +162,11 @@ void addGarmentFileOptions(CLI::App& verb, DressOptions& options) {
   verb.add_option("--unit", options.unit, "Unit of the garment files")
       ->check(CLI::IsMember({"m", "cm", "mm"}))
       ->capture_default_str();
+  verb.add_flag(
+      "--remesh",
+      options.remesh,
+      "Give garment files new triangles of --edge-length, which simulate best; without it they "
+      "keep their vertices and faces, and needle triangles are reported");
 }
 
 }  // namespace
@@ -178,7 +186,9 @@ void addDress(CLI::App& program, ChosenCommand& chosen) {
       ->check(CLI::IsMember({"soft", "middle", "hard"}))
       ->capture_default_str();
   verb->add_option(
-          "--edge-length", options->edgeLength, "Edges of the built-in garments [m], 0.008 to 0.05")
+          "--edge-length",
+          options->edgeLength,
+          "Edges of the built-in (with --remesh: all) garments [m], 0.008 to 0.05")
       ->check(CLI::Range(0.008, 0.05))
       ->capture_default_str();
   verb->callback([options, &chosen] {

@@ -1,6 +1,10 @@
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/geometry/measures.h"
 #include "avatar/io/avatar_file.h"
 #include "avatar/io/mesh_file.h"
+#include "avatar/skinning.h"
 #include "src/output/image_file.h"
+#include "tests/support/primitive_meshes.h"
 #include "tests/system/run_program.h"
 
 #include <gtest/gtest.h>
@@ -64,6 +68,40 @@ TEST(Dress, AGarmentFileKeepsItsVertices) {
   EXPECT_EQ(dressed.garments[0].name, "foreign");  // shorts go below the T-shirt
   EXPECT_EQ(dressed.garments[0].mesh.vertices, shorts.mesh.vertices);
   EXPECT_EQ(dressed.garments[0].mesh.faces, shorts.mesh.faces);
+}
+
+/// A wide skirt from the waist down, of strips 30 times as long as wide.
+avatar::TriangleMesh stripSkirt() {
+  const avatar::BodyModel& model = avatar::defaultBody();
+  const Eigen::VectorXd betas = Eigen::VectorXd::Zero(model.numBetas());
+  const avatar::SkinnedBody body = avatar::posedBody(model, betas, avatar::aPose());
+  avatar::TriangleMesh tube = avatar::test::cylinder(0.25, 0.5, 90, 1);
+  const Eigen::Matrix3Xd alongZ = tube.vertices;
+  tube.vertices.row(1) = alongZ.row(2).array() + body.joints(1, avatar::kSpine1) - 0.5;
+  tube.vertices.row(2) = -alongZ.row(1);
+  return tube;
+}
+
+TEST(Dress, NeedlesAreReportedAndRemeshedWhenAsked) {
+  const TemporaryFolder folder;
+  avatar::writeObj(folder / "strips.obj", stripSkirt());
+  std::vector<std::string> arguments = {
+      "dress",
+      "default",
+      "--garment",
+      folder / "strips.obj",
+      "--garment-pose",
+      "apose",
+      "-o",
+      folder / "a.glb"};
+  const ProgramRun kept = runProgram(arguments);
+  ASSERT_EQ(kept.exitCode, 0) << kept.err;
+  EXPECT_NE((kept.out + kept.err).find("180 of 180 triangles are needles"), std::string::npos);
+  arguments.emplace_back("--remesh");
+  ASSERT_EQ(runProgram(arguments).exitCode, 0);
+  const avatar::TriangleMesh mesh = avatar::readAvatar(folder / "a.glb").garments.front().mesh;
+  for (Eigen::Index f = 0; f < mesh.numFaces(); ++f)
+    ASSERT_GT(avatar::faceAngles(mesh, f).minCoeff(), 0.3);  // 17 degrees
 }
 
 TEST(Dress, AnAvatarCanBeLookedAt) {
