@@ -60,26 +60,6 @@ TriangleMesh poisson(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud, int de
   return mesh;
 }
 
-/// The component with the largest area; reconstructions leave crumbs about.
-TriangleMesh largestComponent(const TriangleMesh& mesh) {
-  const Components components =
-      connectedComponents(mesh.faces, buildAdjacency(mesh.faces, mesh.numVertices()));
-  std::vector<double> areas(static_cast<std::size_t>(components.count), 0.0);
-  const Eigen::VectorXd faceArea = faceAreas(mesh);
-  for (Eigen::Index f = 0; f < mesh.numFaces(); ++f)
-    areas[static_cast<std::size_t>(components.faceLabels[static_cast<std::size_t>(f)])] +=
-        faceArea[f];
-  const auto largest =
-      static_cast<int>(std::max_element(areas.begin(), areas.end()) - areas.begin());
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index f = 0; f < mesh.numFaces(); ++f) {
-    if (components.faceLabels[static_cast<std::size_t>(f)] == largest)
-      kept.push_back(f);
-  }
-  const TriangleMesh part{mesh.vertices, mesh.faces(Eigen::all, kept)};
-  return dropUnreferencedVertices(part).mesh;
-}
-
 void addAppearance(OuterSurface& surface, const FusedPoints& fused, double radius) {
   const PointGrid grid(fused.points, radius);
   const auto numVertices = static_cast<std::size_t>(surface.mesh.numVertices());
@@ -154,7 +134,8 @@ OuterSurface completeOuterSurface(
     cloud->push_back(orientedPoint(body.vertices.col(v), bodyNormals.col(v)));
   OuterSurface surface;
   surface.holesFilledByBody = static_cast<int>(unseen.size());
-  surface.mesh = largestComponent(cleanMesh(poisson(cloud, options.poissonDepth)).mesh);
+  // Reconstructions leave crumbs about.
+  surface.mesh = connectedParts(cleanMesh(poisson(cloud, options.poissonDepth)).mesh).front();
   if (signedVolume(surface.mesh) < 0.0)
     surface.mesh.faces.row(1).swap(surface.mesh.faces.row(2));
   const Topology shape = topology(surface.mesh.faces, surface.mesh.numVertices());

@@ -247,4 +247,31 @@ CleanedMesh cleanMesh(const MeshView& mesh, double weldTolerance) {
   return result;
 }
 
+std::vector<TriangleMesh> connectedParts(const MeshView& mesh) {
+  requireValid(mesh, "connectedParts");
+  const Components components =
+      connectedComponents(mesh.faces, buildAdjacency(mesh.faces, mesh.numVertices()));
+  const auto count = static_cast<std::size_t>(components.count);
+  std::vector<std::vector<Eigen::Index>> faces(count);
+  std::vector<double> areas(count, 0.0);
+  const Eigen::VectorXd faceArea = faceAreas(mesh);
+  for (Eigen::Index f = 0; f < mesh.numFaces(); ++f) {
+    const auto part = static_cast<std::size_t>(components.faceLabels[static_cast<std::size_t>(f)]);
+    faces[part].push_back(f);
+    areas[part] += faceArea[f];
+  }
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return areas[a] > areas[b];
+  });
+  std::vector<TriangleMesh> parts;
+  parts.reserve(count);
+  for (const std::size_t part : order) {
+    const TriangleMesh whole{mesh.vertices, mesh.faces(Eigen::all, faces[part])};
+    parts.push_back(dropUnreferencedVertices(whole).mesh);
+  }
+  return parts;
+}
+
 }  // namespace avatar

@@ -46,4 +46,8 @@ CleanedMesh orientFaces(const MeshView& mesh);
 /// All of the above in that order.
 CleanedMesh cleanMesh(const MeshView& mesh, double weldTolerance = 0.0);
 
+/// The parts connected over shared vertices, the largest area first; vertices without faces are
+/// left out. Throws as weldVertices(), and when a face names a vertex twice.
+std::vector<TriangleMesh> connectedParts(const MeshView& mesh);
+
 }  // namespace avatar

@@ -1,0 +1,363 @@
+#include "avatar/digitization/body_enhancement.h"
+
+#include "avatar/avatar_body.h"
+#include "avatar/digitization/skinning_field.h"
+#include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/closest_point.h"
+#include "avatar/geometry/measures.h"
+
+#include <Eigen/LU>
+#include <Eigen/SparseCholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <queue>
+#include <stdexcept>
+#include <string>
+
+namespace avatar {
+namespace {
+
+/// V shares of a joint and all that hangs on it in the skinning weights.
+Eigen::VectorXd weightsBelow(const BodyModel& model, int joint) {
+  std::vector<bool> belongs(model.parents.size(), false);
+  for (std::size_t k = 0; k < belongs.size(); ++k) {
+    const int parent = model.parents[k];
+    belongs[k] =
+        static_cast<int>(k) == joint || (parent >= 0 && belongs[static_cast<std::size_t>(parent)]);
+  }
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(model.numVertices());
+  for (int v = 0; v < weights.size(); ++v) {
+    using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+    for (Weights::InnerIterator it(model.skinningWeights, v); it; ++it)
+      weights[v] += belongs[static_cast<std::size_t>(it.col())] ? it.value() : 0.0;
+  }
+  return weights;
+}
+
+/// The part of the surface that is skin or hair and was seen.
+class SeenSkin {
+ public:
+  SeenSkin(const OuterSurface& surface, const std::vector<std::uint8_t>& labels)
+      : surface_(surface), part_(skinFaces(surface, labels)), bvh_(part_) {}
+
+  struct Match {
+    bool found = false;
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();   // [m]
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, of the face
+    Eigen::Vector3d color = Eigen::Vector3d::Zero();
+  };
+
+  /// The nearest place, unless it is too far or looks another way.
+  Match nearest(
+      const Eigen::Vector3d& point,
+      const Eigen::Vector3d& normal,
+      const EnhancementOptions& options) const {
+    const ClosestPoint found = bvh_.closestPoint(point, options.reach);
+    if (found.face < 0)
+      return {};
+    Match match;
+    match.point = found.point;
+    match.normal = doubleAreaVector(part_, found.face).stableNormalized();
+    match.color = surface_.colors(Eigen::all, part_.faces.col(found.face)) * found.weights;
+    match.found = match.normal.dot(normal) >= options.minCosine;
+    return match;
+  }
+
+ private:
+  static TriangleMesh skinFaces(
+      const OuterSurface& surface, const std::vector<std::uint8_t>& labels) {
+    std::vector<Eigen::Index> faces;
+    for (Eigen::Index f = 0; f < surface.mesh.numFaces(); ++f) {
+      const auto corners = surface.mesh.faces.col(f);
+      if (std::all_of(corners.begin(), corners.end(), [&](int v) {
+            const auto i = static_cast<std::size_t>(v);
+            return labels[i] == kSkinLabel && surface.seen[i];
+          }))
+        faces.push_back(f);
+    }
+    return {surface.mesh.vertices, surface.mesh.faces(Eigen::all, faces)};
+  }
+
+  const OuterSurface& surface_;
+  TriangleMesh part_;
+  TriangleBvh bvh_;
+};
+
+/// The offsets of the head's vertices in the pose.
+class HeadFit {
+ public:
+  HeadFit(
+      const Eigen::Matrix3Xd& posed,
+      const Eigen::Matrix3Xi& faces,
+      const Eigen::VectorXd& headWeights,
+      const EnhancementOptions& options)
+      : posed_(posed),
+        faces_(faces),
+        headWeights_(headWeights),
+        options_(options),
+        edges_(buildAdjacency(faces, posed.cols()).edges),
+        unknown_(static_cast<std::size_t>(posed.cols()), -1),
+        offsets_(Eigen::Matrix3Xd::Zero(3, posed.cols())) {
+    constexpr double kFaded = 0.02;  // less of the head than this stays as it is
+    for (std::size_t v = 0; v < unknown_.size(); ++v) {
+      if (headWeights[static_cast<Eigen::Index>(v)] > kFaded)
+        unknown_[v] = numUnknowns_++;
+    }
+  }
+
+  void fit(const SeenSkin& skin, BodyEnhancement& result) {
+    matches_.resize(unknown_.size());
+    for (int round = 0; round < options_.rounds && numUnknowns_ > 0; ++round) {
+      findMatches(skin);
+      if (round == 0)
+        result.distanceBefore = meanDistance();
+      solve();
+    }
+    findMatches(skin);
+    result.distanceAfter = meanDistance();
+    result.headSeen = seenShare();
+  }
+
+  const Eigen::Matrix3Xd& offsets() const { return offsets_; }
+
+ private:
+  void findMatches(const SeenSkin& skin) {
+    const Eigen::Matrix3Xd places = posed_ + offsets_;
+    const Eigen::Matrix3Xd normals = vertexNormals(MeshView(places, faces_));
+    for (std::size_t v = 0; v < matches_.size(); ++v) {
+      const auto column = static_cast<Eigen::Index>(v);
+      if (unknown_[v] >= 0)
+        matches_[v] = skin.nearest(places.col(column), normals.col(column), options_);
+    }
+  }
+
+  bool isHead(std::size_t v) const { return headWeights_[static_cast<Eigen::Index>(v)] > 0.5; }
+
+  double seenShare() const {
+    int head = 0;
+    int seen = 0;
+    for (std::size_t v = 0; v < matches_.size(); ++v) {
+      head += isHead(v) ? 1 : 0;
+      seen += isHead(v) && matches_[v].found ? 1 : 0;
+    }
+    return head > 0 ? static_cast<double>(seen) / head : 0.0;
+  }
+
+  double meanDistance() const {
+    double sum = 0.0;
+    int seen = 0;
+    for (std::size_t v = 0; v < matches_.size(); ++v) {
+      if (!isHead(v) || !matches_[v].found)
+        continue;
+      const auto column = static_cast<Eigen::Index>(v);
+      sum += (posed_.col(column) + offsets_.col(column) - matches_[v].point).norm();
+      ++seen;
+    }
+    return seen > 0 ? sum / seen : 0.0;
+  }
+
+  /// The least of the energy in the header: linear equations in all offsets at once.
+  void solve() {
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(3L * numUnknowns_);
+    addSmoothness(entries);
+    addData(entries, right);
+    Eigen::SparseMatrix<double> matrix(3L * numUnknowns_, 3L * numUnknowns_);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
+    if (factors.info() != Eigen::Success)
+      return;  // a part of the mesh that neither data nor the neck holds: stays as it is
+    const Eigen::VectorXd found = factors.solve(right);
+    for (std::size_t v = 0; v < unknown_.size(); ++v) {
+      if (unknown_[v] < 0)
+        continue;
+      const Eigen::Vector3d offset = found.segment<3>(3L * unknown_[v]);
+      const double shrink = std::min(1.0, options_.maxOffset / std::max(offset.norm(), 1e-12));
+      offsets_.col(static_cast<Eigen::Index>(v)) = shrink * offset;
+    }
+  }
+
+  void addSmoothness(std::vector<Eigen::Triplet<double>>& entries) const {
+    constexpr double kHold = 1e-6;  // keeps the equations solvable without data
+    for (int i = 0; i < 3 * numUnknowns_; ++i)
+      entries.emplace_back(i, i, kHold);
+    for (Eigen::Index e = 0; e < edges_.cols(); ++e) {
+      const int a = unknown_[static_cast<std::size_t>(edges_(0, e))];
+      const int b = unknown_[static_cast<std::size_t>(edges_(1, e))];
+      for (int axis = 0; axis < 3; ++axis) {
+        if (a >= 0)
+          entries.emplace_back(3 * a + axis, 3 * a + axis, options_.smoothness);
+        if (b >= 0)
+          entries.emplace_back(3 * b + axis, 3 * b + axis, options_.smoothness);
+        if (a < 0 || b < 0)
+          continue;
+        entries.emplace_back(3 * a + axis, 3 * b + axis, -options_.smoothness);
+        entries.emplace_back(3 * b + axis, 3 * a + axis, -options_.smoothness);
+      }
+    }
+  }
+
+  void addData(std::vector<Eigen::Triplet<double>>& entries, Eigen::VectorXd& right) const {
+    for (std::size_t v = 0; v < matches_.size(); ++v) {
+      if (unknown_[v] < 0 || !matches_[v].found)
+        continue;
+      const auto column = static_cast<Eigen::Index>(v);
+      const double weight = headWeights_[column] * headWeights_[column];
+      const Eigen::Vector3d& n = matches_[v].normal;
+      const double gap = n.dot(matches_[v].point - posed_.col(column));
+      right.segment<3>(3L * unknown_[v]) += weight * gap * n;
+      for (int row = 0; row < 3; ++row) {
+        for (int col = 0; col < 3; ++col)
+          entries.emplace_back(
+              3 * unknown_[v] + row, 3 * unknown_[v] + col, weight * n[row] * n[col]);
+      }
+    }
+  }
+
+  const Eigen::Matrix3Xd& posed_;
+  const Eigen::Matrix3Xi& faces_;
+  const Eigen::VectorXd& headWeights_;
+  const EnhancementOptions& options_;
+  Eigen::Matrix2Xi edges_;
+  std::vector<int> unknown_;  // of each vertex; −1: stays
+  int numUnknowns_ = 0;
+  std::vector<SeenSkin::Match> matches_;
+  Eigen::Matrix3Xd offsets_;  // [m]
+};
+
+/// Offsets in the pose as offsets of the rest shape.
+Eigen::Matrix3Xd atRest(
+    const Eigen::Matrix3Xd& offsets,
+    const BodyModel& model,
+    const std::vector<Eigen::Affine3d>& posedFromRest) {
+  using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, offsets.cols());
+  for (int v = 0; v < offsets.cols(); ++v) {
+    if (offsets.col(v).isZero(0.0))
+      continue;
+    Eigen::Matrix3d linear = Eigen::Matrix3d::Zero();
+    for (Weights::InnerIterator it(model.skinningWeights, v); it; ++it)
+      linear += it.value() * posedFromRest[static_cast<std::size_t>(it.col())].linear();
+    result.col(v) = linear.inverse() * offsets.col(v);
+  }
+  return result;
+}
+
+/// Vertices without a colour take the mean of their neighbours', from the nearest ones on, and are
+/// evened out among each other.
+void spreadToUnseen(
+    Eigen::Matrix3Xd& colors, const std::vector<bool>& seen, const IndexRows& neighbours) {
+  std::vector<bool> reached = seen;
+  std::queue<int> front;
+  for (std::size_t v = 0; v < seen.size(); ++v) {
+    if (seen[v])
+      front.push(static_cast<int>(v));
+  }
+  std::vector<int> filled;
+  while (!front.empty()) {
+    const int v = front.front();
+    front.pop();
+    for (const int next : neighbours[v]) {
+      if (reached[static_cast<std::size_t>(next)])
+        continue;
+      reached[static_cast<std::size_t>(next)] = true;
+      colors.col(next) = colors.col(v);
+      front.push(next);
+      filled.push_back(next);
+    }
+  }
+  constexpr int kRounds = 200;
+  for (int round = 0; round < kRounds; ++round) {
+    for (const int v : filled) {
+      const auto ring = neighbours[v];
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (const int next : ring)
+        sum += colors.col(next);
+      colors.col(v) = sum / static_cast<double>(ring.size());
+    }
+  }
+}
+
+void addColors(
+    const MeshView& body,
+    const SeenSkin& skin,
+    const Eigen::VectorXd& headWeights,
+    BodyEnhancement& result) {
+  // Skin of limbs is nearer than this, or another limb's [m].
+  const EnhancementOptions near{.reach = 0.03};
+  const Eigen::Matrix3Xd normals = vertexNormals(body);
+  std::vector<bool> seen(static_cast<std::size_t>(body.numVertices()), false);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int limbs = 0;
+  for (Eigen::Index v = 0; v < body.numVertices(); ++v) {
+    const SeenSkin::Match match = skin.nearest(body.vertices.col(v), normals.col(v), near);
+    if (!match.found)
+      continue;
+    seen[static_cast<std::size_t>(v)] = true;
+    result.vertexColors.col(v) = match.color;
+    if (headWeights[v] > 0.5)
+      continue;  // hair and lips are no skin
+    sum += match.color;
+    ++limbs;
+  }
+  constexpr int kEnough = 20;  // vertices, to know a colour by
+  if (limbs >= kEnough) {
+    result.skinColor = (sum / limbs).cwiseMax(0.0).cwiseMin(1.0);
+    spreadToUnseen(
+        result.vertexColors, seen, buildAdjacency(body.faces, body.numVertices()).vertexVertices);
+  }
+  result.vertexColors = result.vertexColors.cwiseMax(0.0).cwiseMin(1.0);
+}
+
+}  // namespace
+
+void EnhancementOptions::validate() const {
+  const auto demand = [](bool holds, const char* what) {
+    if (!holds)
+      throw std::invalid_argument(std::string("EnhancementOptions: ") + what);
+  };
+  demand(reach > 0.0, "reach is expected above 0 m");
+  demand(maxOffset >= 0.0 && maxOffset <= 0.2, "maxOffset is expected in 0 … 0.2 m");
+  demand(smoothness > 0.0, "smoothness is expected above 0");
+  demand(minCosine >= -1.0 && minCosine < 1.0, "minCosine is expected in [-1, 1)");
+  demand(rounds >= 1 && rounds <= 100, "rounds is expected in 1 … 100");
+}
+
+BodyEnhancement enhanceBody(
+    const OuterSurface& surface,
+    const std::vector<std::uint8_t>& labels,
+    const UndressedBody& body,
+    const EnhancementOptions& options) {
+  options.validate();
+  const auto numSurface = static_cast<std::size_t>(surface.mesh.numVertices());
+  if (labels.size() != numSurface || surface.seen.size() != numSurface ||
+      surface.colors.cols() != surface.mesh.numVertices())
+    throw std::invalid_argument("enhanceBody: expected labels, colours, seen for every vertex");
+  const BodyModel& model = body.skinning.model();
+  const ShapedBody shaped = body.skinning.shape(body.betas);
+  const SkinnedBody posed = body.skinning.pose(shaped, body.pose);
+  const Eigen::VectorXd headWeights = weightsBelow(model, kHead);
+  const SeenSkin skin(surface, labels);
+  BodyEnhancement result;
+  result.skinColor = AvatarBody{}.color;
+  result.vertexColors = result.skinColor.replicate(1, model.numVertices());
+  HeadFit head(posed.vertices, model.faces, headWeights, options);
+  head.fit(skin, result);
+  result.offsets = atRest(head.offsets(), model, posedFromRest(shaped, posed));
+  const Eigen::Matrix3Xd enhanced = posed.vertices + head.offsets();
+  addColors(MeshView(enhanced, model.faces), skin, headWeights, result);
+  return result;
+}
+
+void applyEnhancement(const BodyEnhancement& enhancement, AvatarBody& body) {
+  if (enhancement.offsets.cols() != body.mesh.numVertices() ||
+      enhancement.vertexColors.cols() != body.mesh.numVertices())
+    throw std::invalid_argument("applyEnhancement: made for another body");
+  body.mesh.vertices = roundedToFloat(body.mesh.vertices + enhancement.offsets);
+  body.color = enhancement.skinColor;
+  body.vertexColors = enhancement.vertexColors;
+}
+
+}  // namespace avatar

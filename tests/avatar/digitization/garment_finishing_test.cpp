@@ -1,0 +1,124 @@
+#include "avatar/digitization/garment_finishing.h"
+
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/digitization/surface_parsing.h"
+#include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/measures.h"
+#include "avatar/geometry/mesh_intersection.h"
+#include "tests/support/dressed_person.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace avatar {
+namespace {
+
+/// Of one surface to another, by area.
+struct Agreement {
+  double meanDistance = 0.0;  // [m]
+  double nearArea = 0.0;      // within 2 cm, the edges of the meshes [m²]
+};
+
+Agreement agreement(const TriangleMesh& from, const TriangleMesh& to) {
+  const TriangleBvh bvh(to);
+  const Eigen::VectorXd areas = faceAreas(from);
+  Agreement result;
+  for (Eigen::Index f = 0; f < from.numFaces(); ++f) {
+    const Eigen::Vector3d centre = from.vertices(Eigen::all, from.faces.col(f)).rowwise().mean();
+    const double distance = std::sqrt(bvh.closestPoint(centre).squaredDistance);
+    result.meanDistance += distance * areas[f] / areas.sum();
+    result.nearArea += distance < 0.02 ? areas[f] : 0.0;
+  }
+  return result;
+}
+
+void expectAlike(const TriangleMesh& made, const TriangleMesh& truth) {
+  const Agreement there = agreement(made, truth);
+  const Agreement back = agreement(truth, made);
+  EXPECT_LT(0.5 * (there.meanDistance + back.meanDistance), 0.010);
+  const double common = 0.5 * (there.nearArea + back.nearArea);
+  EXPECT_GT(common / (totalArea(made) + totalArea(truth) - common), 0.9);
+}
+
+void expectUsable(const Garment& garment, const DressingBody& body) {
+  const Topology shape = topology(garment.mesh.faces, garment.mesh.numVertices());
+  EXPECT_TRUE(shape.manifold() && shape.oriented);
+  EXPECT_EQ(shape.components, 1);
+  double smallestAngle = 180.0;
+  for (Eigen::Index f = 0; f < garment.mesh.numFaces(); ++f)
+    smallestAngle =
+        std::min(smallestAngle, faceAngles(garment.mesh, f).minCoeff() * 180.0 / std::numbers::pi);
+  EXPECT_GT(smallestAngle, 10.0) << "no needles";
+  const SignedDistance skin(body.mesh());
+  constexpr double kFloat = 1e-6;  // what is left of the clearance after rounding [m]
+  for (const auto vertex : garment.mesh.vertices.colwise())
+    ASSERT_GT(skin(vertex).distance, garment.cloth.thickness - kFloat);
+  EXPECT_TRUE(piercedFaces(garment.mesh, body.mesh()).empty());
+  EXPECT_EQ(garment.vertexColors.cols(), garment.mesh.numVertices());
+}
+
+struct DressCase {
+  std::vector<std::string> names;  // as of dressedPerson()
+  std::vector<int> openings;       // of each
+  double build;                    // second beta: heavier or slighter
+};
+
+class FinishedOutfit : public testing::TestWithParam<DressCase> {};
+
+TEST_P(FinishedOutfit, IsWhatWasWorn) {
+  const DressCase& worn = GetParam();
+  const BodyModel& model = defaultBody();
+  Eigen::VectorXd betas = Eigen::VectorXd::Zero(model.numBetas());
+  betas[1] = worn.build;
+  const test::DressedPerson person = test::dressedPerson(model, betas, worn.names);
+  const OuterSurface surface = completeOuterSurface(person.seen, person.body.mesh());
+  const FinishedGarments made = finishGarments(surface, parsedSurface(surface), person.body);
+  ASSERT_EQ(made.garments.size(), worn.names.size());
+  for (std::size_t i = 0; i < worn.names.size(); ++i) {
+    SCOPED_TRACE(worn.names[i]);
+    const Garment& garment = made.garments[i];
+    EXPECT_EQ(garment.name, person.labels[i] == kUpperLabel ? "upper" : "lower");
+    EXPECT_EQ(garment.layer, static_cast<int>(i));
+    EXPECT_EQ(garment.collideWith.size(), i + 1);
+    expectUsable(garment, person.body);
+    expectAlike(garment.mesh, person.garments[i].mesh);
+    const Topology shape = topology(garment.mesh.faces, garment.mesh.numVertices());
+    EXPECT_EQ(shape.boundaryLoops, worn.openings[i]);
+    EXPECT_LT((garment.color - person.garments[i].color).norm(), 0.05);
+    for (std::size_t inner = 0; inner < i; ++inner)
+      EXPECT_TRUE(piercedFaces(garment.mesh, made.garments[inner].mesh).empty());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Wardrobe,
+    FinishedOutfit,
+    testing::Values(
+        DressCase{{"trousers", "tshirt"}, {3, 4}, 0.0},
+        DressCase{{"trousers", "shirt"}, {3, 4}, 1.0},
+        DressCase{{"skirt", "shirt"}, {2, 4}, -1.0},
+        DressCase{{"dress"}, {4}, 0.0}));
+
+TEST(FinishGarments, RefusesLabelsOfAnotherSurface) {
+  const DressingBody body =
+      standForDressing(defaultBody(), Eigen::VectorXd::Zero(defaultBody().numBetas()));
+  OuterSurface surface;
+  surface.mesh = {body.vertices, body.model->faces};
+  surface.colors = Eigen::Matrix3Xd::Zero(3, body.vertices.cols());
+  EXPECT_THROW(finishGarments(surface, {1, 2, 3}, body), std::invalid_argument);
+}
+
+TEST(FinishGarments, ANakedBodyWearsNothing) {
+  const DressingBody body =
+      standForDressing(defaultBody(), Eigen::VectorXd::Zero(defaultBody().numBetas()));
+  OuterSurface surface;
+  surface.mesh = {body.vertices, body.model->faces};
+  surface.colors = Eigen::Matrix3Xd::Zero(3, body.vertices.cols());
+  const std::vector<std::uint8_t> labels(
+      static_cast<std::size_t>(body.vertices.cols()), kSkinLabel);
+  EXPECT_TRUE(finishGarments(surface, labels, body).garments.empty());
+}
+
+}  // namespace
+}  // namespace avatar
