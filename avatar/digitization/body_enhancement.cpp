@@ -2,6 +2,7 @@
 
 #include "avatar/avatar_body.h"
 #include "avatar/digitization/skinning_field.h"
+#include "avatar/garment_binding.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
@@ -40,13 +41,17 @@ Eigen::VectorXd weightsBelow(const BodyModel& model, int joint) {
 class SeenSkin {
  public:
   SeenSkin(const OuterSurface& surface, const std::vector<std::uint8_t>& labels)
-      : surface_(surface), part_(skinFaces(surface, labels)), bvh_(part_) {}
+      : surface_(surface),
+        part_(skinFaces(surface, labels)),
+        bvh_(part_),
+        fromCloth_(edgeDistances(surface.mesh, clothVertices(labels))) {}
 
   struct Match {
     bool found = false;
     Eigen::Vector3d point = Eigen::Vector3d::Zero();   // [m]
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, of the face
     Eigen::Vector3d color = Eigen::Vector3d::Zero();
+    bool isPure = false;  // no colour of cloth got into it
   };
 
   /// The nearest place, unless it is too far or looks another way.
@@ -62,10 +67,21 @@ class SeenSkin {
     match.normal = doubleAreaVector(part_, found.face).stableNormalized();
     match.color = surface_.colors(Eigen::all, part_.faces.col(found.face)) * found.weights;
     match.found = match.normal.dot(normal) >= options.minCosine;
+    constexpr double kMixed = 0.03;  // [m]: colours are means of what is near, and edges blur
+    match.isPure = (fromCloth_(part_.faces.col(found.face)).array() > kMixed).all();
     return match;
   }
 
  private:
+  static std::vector<int> clothVertices(const std::vector<std::uint8_t>& labels) {
+    std::vector<int> vertices;
+    for (std::size_t v = 0; v < labels.size(); ++v) {
+      if (labels[v] != kSkinLabel)
+        vertices.push_back(static_cast<int>(v));
+    }
+    return vertices;
+  }
+
   static TriangleMesh skinFaces(
       const OuterSurface& surface, const std::vector<std::uint8_t>& labels) {
     std::vector<Eigen::Index> faces;
@@ -83,6 +99,7 @@ class SeenSkin {
   const OuterSurface& surface_;
   TriangleMesh part_;
   TriangleBvh bvh_;
+  Eigen::VectorXd fromCloth_;  // of every vertex of the surface, along it [m]
 };
 
 /// The offsets of the head's vertices in the pose.
@@ -293,7 +310,7 @@ void addColors(
   int limbs = 0;
   for (Eigen::Index v = 0; v < body.numVertices(); ++v) {
     const SeenSkin::Match match = skin.nearest(body.vertices.col(v), normals.col(v), near);
-    if (!match.found)
+    if (!match.found || !match.isPure)
       continue;
     seen[static_cast<std::size_t>(v)] = true;
     result.vertexColors.col(v) = match.color;

@@ -2,7 +2,7 @@
 
 #include "avatar/avatar_body.h"
 #include "avatar/default_body/embedded_body.h"
-#include "avatar/geometry/closest_point.h"
+#include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"
 
 #include <gtest/gtest.h>
@@ -105,6 +105,19 @@ TEST(BodyEnhancement, SkinUnderClothesHasTheColourOfTheSkinAround) {
       continue;
     person.labels[static_cast<std::size_t>(v)] = kUpperLabel;
     person.surface.colors.col(v) = Eigen::Vector3d(0.0, 1.0, 0.0);
+  }
+  // Beside cloth, colours are mixed.
+  const Adjacency adjacency = buildAdjacency(person.model.faces, person.model.numVertices());
+  for (Eigen::Index e = 0; e < adjacency.numEdges(); ++e) {
+    const Eigen::Vector2i edge = adjacency.edges.col(e);
+    const Eigen::Vector3d along =
+        person.surface.mesh.vertices.col(edge[0]) - person.surface.mesh.vertices.col(edge[1]);
+    for (int end = 0; end < 2; ++end) {
+      const int other = edge[1 - end];
+      if (person.labels[static_cast<std::size_t>(edge[end])] == kUpperLabel &&
+          along.norm() < 0.03 && person.labels[static_cast<std::size_t>(other)] == kSkinLabel)
+        person.surface.colors.col(other) << 0.4, 0.8, 0.25;
+    }
   }
   const BodyEnhancement result = person.enhanced();
   for (Eigen::Index v = 0; v < result.vertexColors.cols(); ++v) {
