@@ -49,6 +49,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
       "Exit code: 0 done, 1 the input or the machine failed, 2 wrong usage.");
   addDemo(program, chosen);
   addRender(program, chosen);
+  addReport(program, chosen);
   addSimulate(program, chosen);
   addStability(program, chosen);
   addSynth(program, chosen);

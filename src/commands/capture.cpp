@@ -1,4 +1,5 @@
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/io/atomic_file.h"
 #include "avatar/io/avatar_file.h"
 #include "avatar/io/file_error.h"
 #include "avatar/io/motion_file.h"
@@ -7,6 +8,7 @@
 #include "src/capture/tracked_recording.h"
 #include "src/capture_session.h"
 #include "src/commands/commands.h"
+#include "src/commands/report_writing.h"
 #include "src/evaluation/camera_file.h"
 #include "src/evaluation/capture_evaluation.h"
 #include "src/evaluation/metrics_file.h"
@@ -46,6 +48,7 @@ struct CaptureVerbOptions {
   FrameRange range;
   bool resume = false;
   int checkpointInterval = 20;
+  bool report = true;
 };
 
 /// Who is captured.
@@ -114,12 +117,16 @@ class FrameClock {
     add(FrameStage::kDepthFitting, times.fitting);
     add(FrameStage::kOther, std::max(0.0, total - known));
     add(FrameStage::kTotal, total);
+    frames_.push_back(frame.picture.index);
   }
 
   /// A frame that isn't counted.
   void skip() { lap(); }
 
   const StageTiming& timing() const { return timing_; }
+
+  /// timing.csv.
+  std::string csv() const { return timing_.csv(frames_); }
 
  private:
   using Milliseconds = std::chrono::duration<double, std::milli>;
@@ -135,6 +142,7 @@ class FrameClock {
 
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   StageTiming timing_;
+  std::vector<int> frames_;  // numbers within the recording
 };
 
 /// Strain, penetration and jitter, as evaluate measures them without a truth.
@@ -159,10 +167,27 @@ void report(const CaptureOutput& output, const TrackedRecording& frames, const C
       " frames in which cloth blew up: it lost its momentum there");
 }
 
+/// What the capture was made with.
+nlohmann::json settingsJson(const CaptureVerbOptions& options) {
+  nlohmann::json settings = {
+      {"avatar", options.avatar},
+      {"method", options.method},
+      {"literal", options.literal},
+      {"first_frame", options.range.first}};
+  const auto addGiven = [&](const char* name, const std::string& value) {
+    if (!value.empty())
+      settings[name] = value;
+  };
+  addGiven("body", options.body);
+  addGiven("material", options.material);
+  addGiven("poses", options.poses);
+  return settings;
+}
+
 void writeCaptureMetrics(
     const CaptureVerbOptions& options,
     const CaptureOutput& output,
-    const StageTiming& timing,
+    const FrameClock& clock,
     const CommandContext& context) {
   nlohmann::json metrics = output.figures().json();
   metrics.update(ownFigures(options.output, context));
@@ -172,7 +197,9 @@ void writeCaptureMetrics(
   metrics["frames"] = output.numFrames();
   metrics["machine"] = {{"cpu", cpuName()}, {"threads", context.threads}};
   metrics["calibration_gflops"] = calibrationGflops();
-  metrics["timing_ms"] = timing.json();
+  metrics["timing_ms"] = clock.timing().json();
+  metrics["settings"] = settingsJson(options);
+  avatar::writeFileAtomically(fs::path(options.output) / "timing.csv", clock.csv());
   const std::string path = (fs::path(options.output) / "metrics.json").string();
   std::error_code none;
   fs::remove(path, none);  // figures of another capture
@@ -260,7 +287,9 @@ void capture(const CaptureVerbOptions& options, const CommandContext& context) {
     output.checkpointed(frames.state(), session->state());
   output.finish(frames.camera());
   report(output, frames, context.console);
-  writeCaptureMetrics(options, output, clock.timing(), context);
+  writeCaptureMetrics(options, output, clock, context);
+  if (options.report)
+    writeReportOf(options.output, options.sequence, context);
 }
 
 void addPoseOptions(CLI::App& verb, CaptureVerbOptions& options) {
@@ -331,6 +360,7 @@ void addCapture(CLI::App& program, ChosenCommand& chosen) {
       ->check(CLI::Range(1, 1000000))
       ->type_name("N")
       ->capture_default_str();
+  verb->add_flag("!--no-report", options->report, "Without report.html");
   verb->callback([options, &chosen] {
     chosen = [options](const CommandContext& context) { capture(*options, context); };
   });

@@ -38,6 +38,7 @@ void addFitPrior(CLI::App& program, ChosenCommand& chosen);
 void addManual(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
+void addReport(CLI::App& program, ChosenCommand& chosen);
 void addRetarget(CLI::App& program, ChosenCommand& chosen);
 void addSimulate(CLI::App& program, ChosenCommand& chosen);
 void addStability(CLI::App& program, ChosenCommand& chosen);

@@ -36,6 +36,19 @@ void advance(SceneRun& run, RunRecord& record) {
   record.unstable += report.stable ? 0 : 1;
 }
 
+/// timing.csv: the first time is that of the step to frame 1 of all.
+std::string timingCsv(const std::vector<double>& milliseconds, int numPrerollFrames) {
+  std::string text = "frame,cloth_simulation\n";
+  for (std::size_t i = 0; i < milliseconds.size(); ++i) {
+    const int frame = static_cast<int>(i) + 1 - numPrerollFrames;
+    char line[48];
+    std::snprintf(line, sizeof line, "%d,%.3f\n", frame, milliseconds[i]);
+    if (frame >= 0)
+      text += line;
+  }
+  return text;
+}
+
 nlohmann::json timing(std::vector<double> milliseconds) {
   if (milliseconds.empty())
     return nlohmann::json::object();
@@ -93,6 +106,8 @@ nlohmann::json simulateStage(
     progress.advance();
   }
   output.finish();
+  avatar::writeFileAtomically(
+      folder / "timing.csv", timingCsv(record.milliseconds, stage.numPrerollFrames));
 
   nlohmann::json metrics = output.figures();
   metrics["program"] = std::string("simulcap ") + kVersion;

@@ -18,6 +18,17 @@ Eigen::Index measuredPixel(const Eigen::Vector3d& pixel, const DepthCloud& cloud
 
 }  // namespace
 
+std::optional<double> depthOffset(
+    const Eigen::Vector3d& point, const avatar::Camera& camera, const DepthCloud& cloud) {
+  const Eigen::Index pixel = measuredPixel(avatar::project(camera, point), cloud);
+  if (pixel < 0)
+    return std::nullopt;
+  const Eigen::Vector3d offset =
+      camera.cameraFromWorld * point - cloud.points.col(pixel).cast<double>();
+  const Eigen::Vector3d normal = cloud.normals.col(pixel).cast<double>();
+  return normal.isZero() ? std::copysign(offset.norm(), -offset.z()) : normal.dot(offset);
+}
+
 void addDepthErrors(
     const Eigen::Matrix3Xd& vertices,
     std::span<const std::uint8_t> visible,
@@ -31,16 +42,11 @@ void addDepthErrors(
   for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
     if (visible[static_cast<std::size_t>(v)] == 0)
       continue;
-    const Eigen::Index pixel = measuredPixel(avatar::project(camera, vertices.col(v)), cloud);
-    if (pixel < 0) {
+    const std::optional<double> offset = depthOffset(vertices.col(v), camera, cloud);
+    if (offset)
+      errors.millimetres.add(1000.0 * std::abs(*offset));
+    else
       ++errors.unmeasured;
-      continue;
-    }
-    const Eigen::Vector3d offset = camera.cameraFromWorld * Eigen::Vector3d(vertices.col(v)) -
-                                   cloud.points.col(pixel).cast<double>();
-    const Eigen::Vector3d normal = cloud.normals.col(pixel).cast<double>();
-    const double distance = normal.isZero() ? offset.norm() : std::abs(normal.dot(offset));
-    errors.millimetres.add(1000.0 * distance);
   }
 }
 

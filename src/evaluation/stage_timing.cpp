@@ -4,12 +4,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <stdexcept>
 #include <string>
 
 namespace simulcap {
 
 void StageTiming::add(FrameStage stage, std::chrono::duration<double, std::milli> time) {
   milliseconds_[static_cast<std::size_t>(stage)].push_back(time.count());
+}
+
+std::string StageTiming::csv(std::span<const int> frames) const {
+  std::string text = "frame";
+  for (const std::string_view name : kFrameStageNames)
+    text += "," + std::string(name);
+  for (const std::vector<double>& times : milliseconds_)
+    if (times.size() != frames.size())
+      throw std::invalid_argument("StageTiming::csv: needs all times of each frame");
+  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+    text += "\n" + std::to_string(frames[frame]);
+    for (const std::vector<double>& times : milliseconds_) {
+      char number[32];
+      std::snprintf(number, sizeof number, ",%.3f", times[frame]);
+      text += number;
+    }
+  }
+  return text + "\n";
 }
 
 nlohmann::json StageTiming::json() const {

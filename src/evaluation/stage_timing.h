@@ -4,6 +4,8 @@
 
 #include <array>
 #include <chrono>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,6 +21,10 @@ inline constexpr std::array<std::string_view, 6> kFrameStageNames = {
 class StageTiming {
  public:
   void add(FrameStage stage, std::chrono::duration<double, std::milli> time);
+
+  /// timing.csv: a line of names, then one per frame, its number first, times in ms. Throws
+  /// std::invalid_argument unless every stage has a time for every frame.
+  std::string csv(std::span<const int> frames) const;
 
   /// timing_ms of metrics.json: {"input":{"median":…,"p95":…},…}, stages without a time left out.
   nlohmann::json json() const;

@@ -109,10 +109,20 @@ void writePng(const std::string& path, const avatar::ColorImage& image) {
   avatar::writeFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-std::string jpegBytes(const avatar::ColorImage& image) {
+std::string jpegBytes(const avatar::ColorImage& image, int quality) {
   cv::Mat bgr;
   cv::cvtColor(viewOf(image), bgr, cv::COLOR_RGB2BGR);
-  return encoded(".jpg", bgr, {cv::IMWRITE_JPEG_QUALITY, 95});
+  return encoded(".jpg", bgr, {cv::IMWRITE_JPEG_QUALITY, quality});
+}
+
+avatar::ColorImage resized(const avatar::ColorImage& image, int width, int height) {
+  if (image.rgb.empty() || width < 1 || height < 1)
+    throw std::invalid_argument("resized: needs pixels");
+  const auto size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  avatar::ColorImage result{width, height, std::vector<std::uint8_t>(3 * size)};
+  cv::Mat pixels = viewOf(result);
+  cv::resize(viewOf(image), pixels, pixels.size(), 0.0, 0.0, cv::INTER_AREA);
+  return result;
 }
 
 std::string pngBytes(int width, int height, const std::vector<std::uint8_t>& values) {

@@ -12,8 +12,12 @@ namespace simulcap {
 /// Writes an 8-bit RGB PNG, whole or not at all. Throws avatar::FileError.
 void writePng(const std::string& path, const avatar::ColorImage& image);
 
-/// Bytes of an 8-bit RGB picture as JPEG of quality 95.
-std::string jpegBytes(const avatar::ColorImage& image);
+/// Bytes of an 8-bit RGB picture as JPEG of a quality from 0 to 100.
+std::string jpegBytes(const avatar::ColorImage& image, int quality = 95);
+
+/// The picture with other numbers of pixels, each the mean of those that it covers. Throws
+/// std::invalid_argument for a picture or a size without pixels.
+avatar::ColorImage resized(const avatar::ColorImage& image, int width, int height);
 
 /// Bytes of a one-channel PNG of 8 or 16 bits per pixel, row-major. Throws std::invalid_argument
 /// when there aren't width × height values.

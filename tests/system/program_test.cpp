@@ -28,6 +28,7 @@ TEST(Program, HelpExplainsEveryVerb) {
         "evaluate",
         "export",
         "render",
+        "report",
         "fit-prior",
         "fit-body",
         "measure",
