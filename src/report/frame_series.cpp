@@ -62,6 +62,7 @@ void FrameSeries::addTiming(const std::string& path, std::string_view csv) {
   std::map<int, std::vector<double>> rows;
   for (int number = 2; std::getline(text, line); ++number) {
     std::vector<double> values;
+    values.reserve(names.size());
     for (const std::string& cell : cellsOf(line))
       values.push_back(numberOf(cell));
     const bool whole = values.size() == names.size() && values.front() >= 0.0;

@@ -97,6 +97,7 @@ void ReportCamera::addDepth(const SeenFrame& seen) {
 void ReportCamera::addErrors(
     const SeenFrame& seen, const ReportedFrame& frame, FrameSeries& series) {
   std::vector<avatar::MeshView> garments;
+  garments.reserve(frame.garments.size());
   for (std::size_t i = 0; i < frame.garments.size(); ++i)
     garments.emplace_back(frame.garments[i], input_.performance.layout().garments[i].faces);
   const Eigen::Matrix3Xi noFaces(3, 0);

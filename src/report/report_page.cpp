@@ -8,8 +8,8 @@
 #include <zlib.h>
 
 extern "C" {
-extern const char simulcap_report_page_begin[];
-extern const char simulcap_report_page_end[];
+extern const char simulcap_report_page_begin[];  // NOLINT(readability-identifier-naming)
+extern const char simulcap_report_page_end[];    // NOLINT(readability-identifier-naming)
 }
 
 namespace simulcap {
@@ -24,12 +24,17 @@ std::string_view embeddedPage() {
       static_cast<std::size_t>(simulcap_report_page_end - simulcap_report_page_begin)};
 }
 
-std::string_view pageBeforeData() {
-  const std::string_view page = embeddedPage();
+/// The path, when there is a page to write to it.
+const std::string& withPage(const std::string& path) {
   if (!hasReportPage())
     throw std::runtime_error(
         "this program was built without the page of report.html: install nodejs and npm, then "
         "configure and build it anew");
+  return path;
+}
+
+std::string_view pageBeforeData() {
+  const std::string_view page = embeddedPage();
   return page.substr(0, page.find(kDataMark));
 }
 
@@ -82,8 +87,7 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-ReportPage::ReportPage(const std::string& path)
-    : file_((static_cast<void>(pageBeforeData()), path)) {
+ReportPage::ReportPage(const std::string& path) : file_(withPage(path)) {
   append(pageBeforeData());
 }
 

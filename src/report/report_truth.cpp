@@ -49,6 +49,7 @@ ReportTruth::ReportTruth(ReportPage& page, ReportInput& input, int threads)
 /// Which vertices are shown is decided in the first frame.
 void ReportTruth::begin(const TrueFrame& truth) {
   std::vector<avatar::TriangleMesh> layers;
+  layers.reserve(truth.garments.size());
   for (std::size_t i = 0; i < truth.garments.size(); ++i) {
     const GroundTruth::Garment& garment = input_.truth->garments()[i];
     layers.push_back({truth.garments[i], garment.faces});
@@ -68,9 +69,10 @@ void ReportTruth::move(const TrueFrame& truth) {
   else
     begin(truth);
   const Eigen::Isometry3d worldFromCamera = input_.recording->camera().cameraFromWorld.inverse();
-  for (std::size_t i = 0; i < parts_.size(); ++i)
-    parts_[i].last =
-        (worldFromCamera * truth.garments[i](Eigen::all, parts_[i].kept)).cast<float>();
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Eigen::Matrix3Xd kept = truth.garments[i](Eigen::all, parts_[i].kept);
+    parts_[i].last = (worldFromCamera * kept).cast<float>();
+  }
 }
 
 void ReportTruth::add(const ReportedFrame& frame, FrameSeries& series) {

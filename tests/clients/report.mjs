@@ -112,6 +112,7 @@ async function checkColors(page) {
 }
 
 async function checkPlay(page) {
+  await page.locator('#speed').selectOption('0.1'); // several pictures per frame
   await page.locator('#play').click();
   await page.waitForFunction(() => window.simulcapReport.transport.frame > 0, null, { timeout: 20000 });
   await page.locator('#play').click();

@@ -47,6 +47,9 @@ TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
       runProgram(captureArguments(folder, "whole", {"--checkpoint", "2", "--threads", "2"}));
   ASSERT_EQ(run.exitCode, 0) << run.err;
   EXPECT_NE(fileBytes(folder / "whole/contact_sheet.png"), "");
+  EXPECT_EQ(fileBytes(folder / "whole/timing.csv").rfind("frame,input,body_tracking,", 0), 0U);
+  const bool hasPage = run.err.find("report.html is left out") == std::string::npos;
+  EXPECT_EQ(fileBytes(folder / "whole/report.html") != "", hasPage) << run.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "whole/checkpoint.npz"));
   EXPECT_FALSE(std::filesystem::exists(folder / "whole/performance.npz.parts"));
 

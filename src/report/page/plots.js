@@ -25,7 +25,13 @@ class Plot {
     });
     this.data = [numbers, ...Object.values(curves)];
     this.go = go;
-    new ResizeObserver(() => this.plot?.setSize({ width: this.root.clientWidth, height: kHeight })).observe(this.root);
+    this.frame = 0;
+    new ResizeObserver(() => this.resize()).observe(this.root);
+  }
+
+  resize() {
+    this.plot?.setSize({ width: this.root.clientWidth, height: kHeight });
+    this.mark(this.frame);
   }
 
   draw(style) {
@@ -70,6 +76,7 @@ class Plot {
   }
 
   mark(frame) {
+    this.frame = frame;
     if (!this.plot) return;
     this.now.style.left = `${this.plot.valToPos(this.numbers[frame], 'x')}px`;
   }

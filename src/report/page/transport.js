@@ -41,12 +41,11 @@ export class Transport {
     let last = performance.now();
     const step = (now) => {
       if (!this.playing) return;
-      if (Math.round(position) !== this.frame) position = this.frame; // somebody scrubbed
+      if (Math.floor(position) !== this.frame) position = this.frame; // somebody scrubbed
       position += ((now - last) / 1000) * this.framesPerSecond * Number(this.speed.value);
       last = now;
-      if (position > this.frames - 0.5) position = 0;
+      if (position >= this.frames) position = 0;
       this.go(Math.floor(position));
-      position = Math.max(position, this.frame);
       requestAnimationFrame(step);
     };
     this.go(position);
