@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 
 namespace avatar {
 namespace {
@@ -27,6 +26,8 @@ class FrameView {
       : frame_(frame),
         truncation_(static_cast<float>(options.truncation)),
         minCosine_(static_cast<float>(options.minCosine)),
+        width_(static_cast<float>(frame.camera.width)),
+        height_(static_cast<float>(frame.camera.height)),
         fx_(static_cast<float>(frame.camera.fx)),
         fy_(static_cast<float>(frame.camera.fy)),
         cx_(static_cast<float>(frame.camera.cx)),
@@ -35,12 +36,13 @@ class FrameView {
   Observation observe(const Eigen::Vector3f& inCamera) const {
     if (inCamera.z() < 0.05F)
       return {};
-    const float u = fx_ * inCamera.x() / inCamera.z() + cx_;
-    const float v = fy_ * inCamera.y() / inCamera.z() + cy_;
-    const auto x = static_cast<int>(std::floor(u + 0.5F));
-    const auto y = static_cast<int>(std::floor(v + 0.5F));
-    if (x < 0 || y < 0 || x >= frame_.camera.width || y >= frame_.camera.height)
+    // To the nearest pixel: after the test for negative ones, cutting off is rounding down.
+    const float u = fx_ * inCamera.x() / inCamera.z() + cx_ + 0.5F;
+    const float v = fy_ * inCamera.y() / inCamera.z() + cy_ + 0.5F;
+    if (!(u >= 0.0F && v >= 0.0F && u < width_ && v < height_))
       return {};
+    const auto x = static_cast<int>(u);
+    const auto y = static_cast<int>(v);
     const std::size_t pixel = frame_.index(x, y);
     const float depth = frame_.depth[pixel];
     // Well behind what the pixel shows: hidden.
@@ -60,7 +62,7 @@ class FrameView {
 
  private:
   const PosedDepthFrame& frame_;
-  float truncation_, minCosine_, fx_, fy_, cx_, cy_;
+  float truncation_, minCosine_, width_, height_, fx_, fy_, cx_, cy_;
 };
 
 void addObservation(Voxel& voxel, const Observation& seen, float maxWeight) {
@@ -111,24 +113,40 @@ CanonicalFusion::CanonicalFusion(
 void CanonicalFusion::allocate(const PosedDepthFrame& frame) {
   requireValid(frame);
   live_.setPose(shaped_, frame.pose);
-  // Blocks are eight voxels wide, so every fourth pixel reaches all of them up to about 4 m.
-  constexpr int kStride = 4;
-  for (int y = 0; y < frame.camera.height; y += kStride) {
-    for (int x = 0; x < frame.camera.width; x += kStride) {
+  const float farthest = *std::max_element(frame.depth.begin(), frame.depth.end());
+  if (farthest <= 0.0F)
+    return;
+  // Pixels at most a block's width apart reach all blocks.
+  const double blockLength = options_.voxelSize * CanonicalVolume::kBlockSize;
+  const int stride = std::clamp(
+      static_cast<int>(blockLength * frame.camera.fx / static_cast<double>(farthest)), 1, 16);
+  const auto numRows = static_cast<std::size_t>((frame.camera.height + stride - 1) / stride);
+  std::vector<std::vector<Eigen::Vector3d>> rows(numRows);
+  options_.runLoop(static_cast<long>(numRows), [&](long row) {
+    const int y = static_cast<int>(row) * stride;
+    for (int x = 0; x < frame.camera.width; x += stride) {
       const auto depth = static_cast<double>(frame.depth[frame.index(x, y)]);
       if (depth <= 0.0)
         continue;
-      const Eigen::Vector3d point = unproject(frame.camera, {double(x), double(y), depth});
-      const auto anchor = live_.anchor(point, options_.maxBodyDistance);
-      if (!anchor)
-        continue;
-      const Eigen::Vector3d rest =
-          blendedTransform(anchor->weights, live_.posedFromRest()).inverse() * point;
-      volume_.allocateAround(
-          blendedTransform(anchor->weights, canonical_.posedFromRest()) * rest,
-          options_.truncation);
+      const auto point = canonicalFromLive(unproject(frame.camera, {double(x), double(y), depth}));
+      if (point)
+        rows[static_cast<std::size_t>(row)].push_back(*point);
     }
+  });
+  for (const auto& row : rows) {
+    for (const Eigen::Vector3d& point : row)
+      volume_.allocateAround(point, options_.truncation);
   }
+}
+
+std::optional<Eigen::Vector3d> CanonicalFusion::canonicalFromLive(
+    const Eigen::Vector3d& point) const {
+  const auto anchor = live_.anchor(point, options_.maxBodyDistance);
+  if (!anchor)
+    return std::nullopt;
+  const Eigen::Vector3d rest =
+      blendedTransform(anchor->weights, live_.posedFromRest()).inverse() * point;
+  return blendedTransform(anchor->weights, canonical_.posedFromRest()) * rest;
 }
 
 Eigen::Vector3d CanonicalFusion::canonicalPoint(int block, int corner) const {
@@ -183,21 +201,29 @@ std::vector<CanonicalFusion::LivePoint> CanonicalFusion::livePoints(
 }
 
 void CanonicalFusion::dropCollisions(std::vector<LivePoint>& live) {
+  Eigen::AlignedBox3f box;
+  for (const LivePoint& point : live) {
+    if (point.usable)
+      box.extend(point.inCamera);
+  }
+  if (box.isEmpty())
+    return;
   // Cells of the live space; each belongs to the lattice point nearest to its body.
   constexpr float kCell = 0.02F;
-  const auto cellKey = [&](const LivePoint& point) {
-    const Eigen::Matrix<std::int64_t, 3, 1> cell =
-        (point.inCamera.array() / kCell).floor().cast<std::int64_t>() + (1 << 20);
-    return (cell.x() << 42) | (cell.y() << 21) | cell.z();
+  const Eigen::Vector3i size = (box.sizes() / kCell).cast<int>().array() + 1;
+  const auto cellOf = [&](const LivePoint& point) {
+    const Eigen::Vector3i cell = ((point.inCamera - box.min()) / kCell).cast<int>();
+    return static_cast<std::size_t>((cell.z() * size.y() + cell.y()) * size.x() + cell.x());
   };
-  std::unordered_map<std::int64_t, std::size_t> owners;  // looked up, never walked through
-  owners.reserve(live.size() / 4);
+  constexpr int kNobody = -1;
+  std::vector<int> owners(static_cast<std::size_t>(size.prod()), kNobody);
   for (std::size_t i = 0; i < live.size(); ++i) {
     if (!live[i].usable)
       continue;
-    const auto [owner, isNew] = owners.emplace(cellKey(live[i]), i);
-    if (!isNew && lattice_[i].bodyDistance < lattice_[owner->second].bodyDistance)
-      owner->second = i;
+    int& owner = owners[cellOf(live[i])];
+    if (owner == kNobody ||
+        lattice_[i].bodyDistance < lattice_[static_cast<std::size_t>(owner)].bodyDistance)
+      owner = static_cast<int>(i);
   }
   const auto place = [&](std::size_t i) {
     return canonicalPoint(
@@ -206,7 +232,7 @@ void CanonicalFusion::dropCollisions(std::vector<LivePoint>& live) {
   for (std::size_t i = 0; i < live.size(); ++i) {
     if (!live[i].usable)
       continue;
-    const std::size_t owner = owners.at(cellKey(live[i]));
+    const auto owner = static_cast<std::size_t>(owners[cellOf(live[i])]);
     if (owner == i || (place(i) - place(owner)).norm() < options_.collisionDistance)
       continue;
     live[i].usable = false;
@@ -214,22 +240,23 @@ void CanonicalFusion::dropCollisions(std::vector<LivePoint>& live) {
   }
 }
 
-CanonicalFusion::LivePoint CanonicalFusion::livePoint(
-    const LivePoint* corners, const VoxelIndex& inBlock) {
-  const VoxelIndex low = inBlock / kLatticeStep;
-  const Eigen::Vector3f t =
-      (inBlock - kLatticeStep * low).cast<float>() / static_cast<float>(kLatticeStep);
-  LivePoint result{.usable = true};
-  for (int corner = 0; corner < 8; ++corner) {
-    const VoxelIndex step = {corner & 1, corner >> 1 & 1, corner >> 2};
-    const VoxelIndex at = low + step;
-    const LivePoint& point = corners[(at.z() * kLatticeSize + at.y()) * kLatticeSize + at.x()];
-    const Eigen::Array3f towards = step.cast<float>().array();
-    const float share = (towards * t.array() + (1.0F - towards) * (1.0F - t.array())).prod();
-    result.usable = result.usable && point.usable;
-    result.inCamera += share * point.inCamera;
+CanonicalFusion::LatticeRow CanonicalFusion::latticeRow(const LivePoint* corners, int y, int z) {
+  const int lowY = y / kLatticeStep;
+  const int lowZ = z / kLatticeStep;
+  constexpr auto kStep = static_cast<float>(kLatticeStep);
+  const float ty = static_cast<float>(y % kLatticeStep) / kStep;
+  const float tz = static_cast<float>(z % kLatticeStep) / kStep;
+  LatticeRow row;
+  for (int x = 0; x < kLatticeSize; ++x) {
+    const auto at = [&](int dy, int dz) -> const LivePoint& {
+      return corners[((lowZ + dz) * kLatticeSize + lowY + dy) * kLatticeSize + x];
+    };
+    LivePoint& point = row[static_cast<std::size_t>(x)];
+    point.usable = at(0, 0).usable && at(1, 0).usable && at(0, 1).usable && at(1, 1).usable;
+    point.inCamera = (1.0F - tz) * ((1.0F - ty) * at(0, 0).inCamera + ty * at(1, 0).inCamera) +
+                     tz * ((1.0F - ty) * at(0, 1).inCamera + ty * at(1, 1).inCamera);
   }
-  return result;
+  return row;
 }
 
 void CanonicalFusion::integrateBlock(
@@ -237,15 +264,23 @@ void CanonicalFusion::integrateBlock(
   const FrameView view(frame, options_);
   CanonicalVolume::Block& voxels = volume_.block(block);
   const auto appearanceReach = static_cast<float>(2.0 * options_.voxelSize);
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const LivePoint live = livePoint(corners, CanonicalVolume::offset(static_cast<int>(i)));
-    const Observation seen = live.usable ? view.observe(live.inCamera) : Observation{};
-    if (seen.weight <= 0.0F)
-      continue;
-    Voxel& voxel = voxels[i];
-    addObservation(voxel, seen, static_cast<float>(options_.maxWeight));
-    if (std::abs(seen.distance) < appearanceReach)
-      addAppearance(voxel, seen, frame);
+  constexpr int kSize = CanonicalVolume::kBlockSize;
+  for (int line = 0; line < kSize * kSize; ++line) {
+    const LatticeRow row = latticeRow(corners, line % kSize, line / kSize);
+    for (int x = 0; x < kSize; ++x) {
+      const LivePoint& low = row[static_cast<std::size_t>(x / kLatticeStep)];
+      const LivePoint& high = row[static_cast<std::size_t>(x / kLatticeStep + 1)];
+      if (!low.usable || !high.usable)
+        continue;
+      const float t = static_cast<float>(x % kLatticeStep) / static_cast<float>(kLatticeStep);
+      const Observation seen = view.observe(low.inCamera + t * (high.inCamera - low.inCamera));
+      if (seen.weight <= 0.0F)
+        continue;
+      Voxel& voxel = voxels[static_cast<std::size_t>(line * kSize + x)];
+      addObservation(voxel, seen, static_cast<float>(options_.maxWeight));
+      if (std::abs(seen.distance) < appearanceReach)
+        addAppearance(voxel, seen, frame);
+    }
   }
 }
 

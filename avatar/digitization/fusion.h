@@ -7,7 +7,9 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace avatar {
@@ -72,12 +74,16 @@ class CanonicalFusion {
     bool usable = false;
   };
 
+  /// The lattice along x through a row of a block's voxels.
+  using LatticeRow = std::array<LivePoint, kLatticeSize>;
+
+  std::optional<Eigen::Vector3d> canonicalFromLive(const Eigen::Vector3d& point) const;
   void prepareLattice();
   LatticePoint latticePoint(int block, int corner) const;
   Eigen::Vector3d canonicalPoint(int block, int corner) const;
   std::vector<LivePoint> livePoints(const PosedDepthFrame& frame) const;
   void dropCollisions(std::vector<LivePoint>& live);
-  static LivePoint livePoint(const LivePoint* corners, const VoxelIndex& inBlock);
+  static LatticeRow latticeRow(const LivePoint* corners, int y, int z);
   void integrateBlock(int block, const LivePoint* corners, const PosedDepthFrame& frame);
 
   const Skinning& skinning_;
