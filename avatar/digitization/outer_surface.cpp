@@ -24,12 +24,36 @@ pcl::PointNormal orientedPoint(const Eigen::Vector3d& point, const Eigen::Vector
   return result;
 }
 
-/// Vertices of the body that are far from everything seen.
-std::vector<int> unseenBody(const FusedPoints& fused, const MeshView& body, double distance) {
-  const PointGrid grid(fused.points, distance);
+/// Is there a surface that was seen from outside, from a little beneath a point outwards?
+bool isCovered(
+    const Eigen::Vector3d& point,
+    const Eigen::Vector3d& normal,
+    const FusedPoints& fused,
+    const PointGrid& grid,
+    const OuterSurfaceOptions& options) {
+  constexpr double kBeneath = 0.03;   // errors of the body [m]
+  constexpr double kMinCosine = 0.3;  // of what faces the same way
+  const double step = options.seenDistance;
+  const int numSteps = static_cast<int>((kBeneath + options.coverDistance) / step);
+  for (int i = 0; i <= numSteps; ++i) {
+    for (const int near : grid.within(point + (i * step - kBeneath) * normal)) {
+      if (fused.normals.col(near).dot(normal) > kMinCosine)
+        return true;
+    }
+  }
+  return false;
+}
+
+/// Vertices of the body that nothing seen lies over: soles, the inner side of an arm.
+std::vector<int> unseenBody(
+    const FusedPoints& fused,
+    const MeshView& body,
+    const Eigen::Matrix3Xd& normals,
+    const OuterSurfaceOptions& options) {
+  const PointGrid grid(fused.points, options.seenDistance);
   std::vector<int> unseen;
   for (int v = 0; v < body.numVertices(); ++v) {
-    if (grid.nearest(body.vertices.col(v)) < 0)
+    if (!isCovered(body.vertices.col(v), normals.col(v), fused, grid, options))
       unseen.push_back(v);
   }
   return unseen;
@@ -113,7 +137,7 @@ void OuterSurfaceOptions::validate() const {
   };
   demand(poissonDepth >= 5 && poissonDepth <= 10, "poissonDepth is expected in 5 … 10");
   demand(seenDistance > 0.0, "seenDistance is expected above 0");
-  demand(fillDistance > seenDistance, "fillDistance is expected above seenDistance");
+  demand(coverDistance > seenDistance, "coverDistance is expected above seenDistance");
   demand(appearanceRadius > 0.0, "appearanceRadius is expected above 0");
 }
 
@@ -128,8 +152,8 @@ OuterSurface completeOuterSurface(
   pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
   for (Eigen::Index i = 0; i < fused.size(); ++i)
     cloud->push_back(orientedPoint(fused.points.col(i), fused.normals.col(i)));
-  const std::vector<int> unseen = unseenBody(fused, body, options.fillDistance);
   const Eigen::Matrix3Xd bodyNormals = vertexNormals(body);
+  const std::vector<int> unseen = unseenBody(fused, body, bodyNormals, options);
   for (const int v : unseen)
     cloud->push_back(orientedPoint(body.vertices.col(v), bodyNormals.col(v)));
   OuterSurface surface;

@@ -13,7 +13,7 @@ namespace avatar {
 struct OuterSurfaceOptions {
   int poissonDepth = 8;        ///< octree levels, 5 … 10: 8 are 8 mm leaves for a standing person
   double seenDistance = 0.02;  ///< surface this near to a fused point was seen [m], > 0
-  double fillDistance = 0.06;  ///< the body closes holes wider than this [m], > seenDistance
+  double coverDistance = 0.25;  ///< fabric is at most this far from the skin [m], > seenDistance
   double appearanceRadius = 0.012;  ///< fused points that give a vertex colour and label [m], > 0
 
   /// Throws std::invalid_argument when a value is out of its range.
@@ -30,8 +30,9 @@ struct OuterSurface {
   std::vector<std::string> warnings;
 };
 
-/// Screened Poisson reconstruction (Kazhdan & Hoppe 2013) of the fused points. Where nothing was
-/// seen far and wide (soles, a person out of the picture), `body`, posed as the points, stands in.
+/// Screened Poisson reconstruction (Kazhdan & Hoppe 2013) of the fused points. Where nothing that
+/// was seen lies over the skin (soles, armpits, a person out of the picture), `body`, posed as the
+/// points, stands in.
 /// Throws std::runtime_error when there are too few points for a person.
 OuterSurface completeOuterSurface(
     const FusedPoints& fused, const MeshView& body, const OuterSurfaceOptions& options = {});
