@@ -1,0 +1,325 @@
+#include "avatar/digitization/frame_parsing.h"
+
+#include "avatar/digitization/body_parts.h"
+#include "avatar/digitization/color_model.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+namespace avatar {
+namespace {
+
+constexpr std::size_t kFewestColors = 50;
+
+using ClassColors = std::array<std::vector<Rgb>, kNumSurfaceLabels>;
+
+Rgb colorAt(const PosedDepthFrame& frame, std::size_t pixel) {
+  const std::uint8_t* rgb = &frame.color.rgb[3 * pixel];
+  return {rgb[0], rgb[1], rgb[2]};
+}
+
+/// Every n-th, so that there are at most so many.
+std::vector<Rgb> thinned(const std::vector<Rgb>& colors, int most) {
+  const auto count = static_cast<std::size_t>(most);
+  if (colors.size() <= count)
+    return colors;
+  std::vector<Rgb> result;
+  result.reserve(count);
+  for (std::size_t i = 0; i < count; ++i)
+    result.push_back(colors[i * colors.size() / count]);
+  return result;
+}
+
+const char* nameOf(std::size_t place) {
+  constexpr std::array<const char*, kNumSurfaceLabels> kNames = {
+      "skin", "upper garment", "lower garment"};
+  return kNames[place];
+}
+
+class FrameParser {
+ public:
+  FrameParser(
+      const std::vector<PosedDepthFrame>& frames,
+      const Skinning& skinning,
+      const Eigen::VectorXd& betas,
+      const FrameParsingOptions& options)
+      : frames_(frames),
+        skinning_(skinning),
+        options_(options),
+        shaped_(skinning.shape(betas)),
+        parts_(bodyParts(skinning.model(), shaped_)) {}
+
+  FrameParsing run() {
+    if (allLabelled())
+      return given();
+    requireColors();
+    chooseSeedFrames();
+    learn(seedColors());
+    for (int round = 0; round < options_.rounds; ++round)
+      learn(labelledColors());
+    result_.labels.resize(frames_.size());
+    options_.runLoop(static_cast<long>(frames_.size()), [&](long f) {
+      const auto i = static_cast<std::size_t>(f);
+      result_.labels[i] = labelsOf(frames_[i], partImageOf(frames_[i]));
+    });
+    return std::move(result_);
+  }
+
+ private:
+  bool allLabelled() const {
+    return std::all_of(
+        frames_.begin(), frames_.end(), [](const auto& f) { return !f.labels.empty(); });
+  }
+
+  FrameParsing given() {
+    result_.onePiece = options_.onePiece;
+    for (const PosedDepthFrame& frame : frames_)
+      result_.labels.push_back(frame.labels);
+    if (options_.onePiece) {
+      for (auto& labels : result_.labels)
+        std::replace(
+            labels.begin(), labels.end(), std::uint8_t{kLowerLabel}, std::uint8_t{kUpperLabel});
+    }
+    return std::move(result_);
+  }
+
+  void requireColors() const {
+    if (std::any_of(frames_.begin(), frames_.end(), [](const auto& f) {
+          return f.color.rgb.empty() && f.labels.empty();
+        }))
+      throw std::runtime_error(
+          "without colour nothing tells garments from skin: give label images "
+          "(labels/000000.png, ...: 0 background, 1 skin, 2 upper, 3 lower garment)");
+  }
+
+  PartImage partImageOf(const PosedDepthFrame& frame) const {
+    return partImage(frame, skinning_, shaped_, parts_);
+  }
+
+  /// Frames that are labelled, else some over the whole turn.
+  void chooseSeedFrames() {
+    for (std::size_t f = 0; f < frames_.size(); ++f) {
+      if (!frames_[f].labels.empty())
+        seedFrames_.push_back(f);
+    }
+    fromLabels_ = !seedFrames_.empty();
+    const auto count =
+        std::min<std::size_t>(frames_.size(), static_cast<std::size_t>(options_.seedFrames));
+    for (std::size_t i = 0; !fromLabels_ && i < count; ++i)
+      seedFrames_.push_back(i * frames_.size() / count);
+    for (const std::size_t f : seedFrames_)
+      seedParts_.push_back(partImageOf(frames_[f]));
+  }
+
+  template <typename Label>
+  ClassColors collected(const Label& label) const {
+    ClassColors colors;
+    for (std::size_t s = 0; s < seedFrames_.size(); ++s) {
+      const PosedDepthFrame& frame = frames_[seedFrames_[s]];
+      if (frame.color.rgb.empty())
+        continue;
+      for (std::size_t i = 0; i < frame.depth.size(); ++i) {
+        const std::uint8_t l = frame.depth[i] > 0.0F ? label(s, i) : std::uint8_t{kNoLabel};
+        if (l != kNoLabel)
+          colors[l - 1U].push_back(colorAt(frame, i));
+      }
+    }
+    for (auto& ofClass : colors)
+      ofClass = thinned(ofClass, options_.colorsPerClass);
+    return colors;
+  }
+
+  ClassColors seedColors() const {
+    return collected([&](std::size_t s, std::size_t i) -> std::uint8_t {
+      if (fromLabels_)
+        return frames_[seedFrames_[s]].labels[i];
+      return seedParts_[s].sure[i] != 0 ? seedLabel(seedParts_[s].parts[i]) : kNoLabel;
+    });
+  }
+
+  ClassColors labelledColors() const {
+    std::vector<std::vector<std::uint8_t>> labels;
+    for (std::size_t s = 0; s < seedFrames_.size(); ++s)
+      labels.push_back(labelsOf(frames_[seedFrames_[s]], seedParts_[s]));
+    return collected([&](std::size_t s, std::size_t i) { return labels[s][i]; });
+  }
+
+  void learn(const ClassColors& colors) {
+    std::vector<ColorModel> models;
+    for (std::size_t l = 0; l < colors.size(); ++l) {
+      worn_[l] = colors[l].size() >= kFewestColors && !(table_ && !worn_[l]);
+      models.emplace_back(worn_[l] ? colors[l] : std::vector<Rgb>{Rgb{}});
+    }
+    if (!table_)
+      compare(colors, models);
+    table_.emplace(models);
+  }
+
+  /// What can't be told apart by colour is said, and taken as one.
+  void compare(const ClassColors& colors, const std::vector<ColorModel>& models) {
+    const auto same = [&](SurfaceLabel a, SurfaceLabel b) {
+      const std::size_t i = a - 1U;
+      const std::size_t j = b - 1U;
+      return worn_[i] && worn_[j] &&
+             separability(colors[i], models[i], colors[j], models[j]) < options_.sameColor;
+    };
+    for (const SurfaceLabel garment : {kUpperLabel, kLowerLabel}) {
+      if (!worn_[garment - 1U]) {
+        result_.warnings.push_back(
+            std::string("nothing is seen where a ") + nameOf(garment - 1U) +
+            " would be: none is made");
+      } else if (!fromLabels_ && same(kSkinLabel, garment)) {
+        worn_[garment - 1U] = false;
+        result_.warnings.push_back(
+            std::string("where a ") + nameOf(garment - 1U) +
+            " would be, the colour is the skin's: taken as bare; if it is clothed, give label "
+            "images (labels/000000.png, ...)");
+      }
+    }
+    if (options_.onePiece)
+      mergeGarments();
+    else if (same(kUpperLabel, kLowerLabel))
+      takeAsOnePiece();
+  }
+
+  void mergeGarments() {
+    result_.onePiece = true;
+    worn_[kLowerLabel - 1U] = false;
+  }
+
+  void takeAsOnePiece() {
+    if (fromLabels_)
+      throw std::runtime_error(
+          "upper and lower garment have the same colour: nothing tells where one ends in the "
+          "frames without labels; give label images for all frames of the turn");
+    if (legsApart())
+      throw std::runtime_error(
+          "upper and lower garment have the same colour: nothing tells where one ends; give label "
+          "images (labels/000000.png, ...: 0 background, 1 skin, 2 upper, 3 lower garment), or say "
+          "--one-piece for an overall");
+    result_.warnings.emplace_back(
+        "upper and lower garment have the same colour and the legs are covered together: taken as "
+        "one piece, a dress; if it is two garments, give label images (labels/000000.png, ...)");
+    mergeGarments();
+  }
+
+  /// Is there nothing of the person between the thighs, as often as not?
+  bool legsApart() const {
+    int gaps = 0;
+    int samples = 0;
+    for (const PosedDepthFrame& frame : frames_) {
+      const SkinnedBody body = skinning_.pose(shaped_, frame.pose);
+      for (const double t : {0.45, 0.55, 0.65}) {
+        const auto onThigh = [&](int hip) -> Eigen::Vector3d {
+          return (1.0 - t) * body.joints.col(hip) + t * body.joints.col(hip + 3);
+        };
+        const Eigen::Vector3d left = project(frame.camera, onThigh(kLeftHip));
+        const Eigen::Vector3d right = project(frame.camera, onThigh(kRightHip));
+        // Seen from the side, one thigh hides the gap.
+        constexpr double kApart = 0.12;  // [m]
+        if ((left - right).head<2>().norm() * left.z() < kApart * frame.camera.fx)
+          continue;
+        ++samples;
+        gaps += gapBetween(frame, left, right) ? 1 : 0;
+      }
+    }
+    return samples > 0 && 2 * gaps > samples;
+  }
+
+  static bool gapBetween(
+      const PosedDepthFrame& frame, const Eigen::Vector3d& left, const Eigen::Vector3d& right) {
+    constexpr int kSteps = 32;
+    for (int i = 1; i < kSteps; ++i) {
+      const Eigen::Vector3d at = left + (right - left) * i / kSteps;
+      const auto x = static_cast<int>(std::lround(at.x()));
+      const auto y = static_cast<int>(std::lround(at.y()));
+      if (x < 0 || y < 0 || x >= frame.camera.width || y >= frame.camera.height ||
+          frame.depth[frame.index(x, y)] <= 0.0F)
+        return true;
+    }
+    return false;
+  }
+
+  /// −log posterior of each class, averaged over the neighbourhood that shows the person.
+  std::vector<std::uint8_t> labelsOf(const PosedDepthFrame& frame, const PartImage& parts) const {
+    if (!frame.labels.empty())
+      return frame.labels;
+    const cv::Size size(frame.camera.width, frame.camera.height);
+    constexpr float kNever = 50.0F;
+    constexpr int kWindow = 5;  // [px]
+    std::array<cv::Mat, kNumSurfaceLabels> costs;
+    for (std::size_t l = 0; l < costs.size(); ++l) {
+      costs[l] = cv::Mat::zeros(size, CV_32F);
+      auto* cost = costs[l].ptr<float>();
+      for (std::size_t i = 0; i < frame.depth.size(); ++i) {
+        if (frame.depth[i] > 0.0F)
+          cost[i] = worn_[l] ? costOf(frame, parts, l, i) : kNever;
+      }
+      cv::blur(costs[l], costs[l], {kWindow, kWindow}, {-1, -1}, cv::BORDER_CONSTANT);
+    }
+    std::vector<std::uint8_t> labels(frame.depth.size(), kNoLabel);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (frame.depth[i] <= 0.0F)
+        continue;
+      std::size_t best = 0;
+      for (std::size_t l = 1; l < costs.size(); ++l) {
+        if (costs[l].ptr<float>()[i] < costs[best].ptr<float>()[i])
+          best = l;
+      }
+      labels[i] = static_cast<std::uint8_t>(best + 1);
+    }
+    return labels;
+  }
+
+  float costOf(
+      const PosedDepthFrame& frame, const PartImage& parts, std::size_t l, std::size_t i) const {
+    std::array<double, kNumSurfaceLabels> prior = labelPrior(parts.parts[i]);
+    if (result_.onePiece)
+      prior[kUpperLabel - 1U] += prior[kLowerLabel - 1U];
+    return -(*table_)(l, &frame.color.rgb[3 * i]) - static_cast<float>(std::log(prior[l]));
+  }
+
+  const std::vector<PosedDepthFrame>& frames_;
+  const Skinning& skinning_;
+  FrameParsingOptions options_;
+  ShapedBody shaped_;
+  std::vector<BodyPart> parts_;
+  std::vector<std::size_t> seedFrames_;
+  std::vector<PartImage> seedParts_;
+  bool fromLabels_ = false;
+  std::array<bool, kNumSurfaceLabels> worn_ = {true, true, true};  // skin is always "worn"
+  std::optional<ColorTable> table_;
+  FrameParsing result_;
+};
+
+}  // namespace
+
+void FrameParsingOptions::validate() const {
+  const auto demand = [](bool holds, const char* what) {
+    if (!holds)
+      throw std::invalid_argument(std::string("FrameParsingOptions: ") + what);
+  };
+  demand(seedFrames >= 1, "seedFrames is expected at 1 or above");
+  demand(colorsPerClass >= 100, "colorsPerClass is expected at 100 or above");
+  demand(rounds >= 0 && rounds <= 10, "rounds is expected in 0 ... 10");
+  demand(sameColor >= 0.5 && sameColor <= 1.0, "sameColor is expected in 0.5 ... 1");
+  demand(runLoop != nullptr, "runLoop is missing");
+}
+
+FrameParsing parsedFrames(
+    const std::vector<PosedDepthFrame>& frames,
+    const Skinning& skinning,
+    const Eigen::VectorXd& betas,
+    const FrameParsingOptions& options) {
+  options.validate();
+  for (const PosedDepthFrame& frame : frames)
+    requireValid(frame);
+  return FrameParser(frames, skinning, betas, options).run();
+}
+
+}  // namespace avatar
