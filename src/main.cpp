@@ -53,6 +53,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addSimulate(program, chosen);
   addStability(program, chosen);
   addSynth(program, chosen);
+  addDigitize(program, chosen);
   addCapture(program, chosen);
   addCompare(program, chosen);
   addEvaluate(program, chosen);
@@ -62,7 +63,6 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addExport(program, chosen);
   addFitBody(program, chosen);
   addFitPrior(program, chosen);
-  addManual(program, chosen);
   for (CLI::App* verb : program.get_subcommands({})) {
     verb->fallthrough();
     verb->footer(

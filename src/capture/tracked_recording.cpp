@@ -52,6 +52,14 @@ const avatar::Camera& TrackedRecording::camera() const {
   return *camera_;
 }
 
+const Eigen::VectorXd& TrackedRecording::betas() const {
+  if (person_.betas)
+    return *person_.betas;
+  if (!tracker_)
+    throw std::logic_error("TrackedRecording: the betas are known from the first frame on");
+  return tracker_->betas();
+}
+
 TrackingState TrackedRecording::state() const {
   return {lastFrame_, tracker_ ? tracker_->state() : TrackerState{}};
 }
@@ -112,8 +120,10 @@ void TrackedRecording::begin() {
   if (preparation_.captureFrame()->floorSeen)
     options.floorHeight = 0.0;
   tracker_.emplace(person_.model, *camera_, options);
-  tracker_->setBetas(person_.betas);
-  tracker_->setOuterLayer(person_.outer);
+  if (person_.betas)
+    tracker_->setBetas(*person_.betas);
+  if (person_.outer)
+    tracker_->setOuterLayer(*person_.outer);
   if (resumed_)
     tracker_->restore(resumed_->tracker);
 }

@@ -32,8 +32,8 @@ struct KnownPoses {
 /// The body of the person in a recording.
 struct TrackedPerson {
   const avatar::BodyModel& model;
-  Eigen::VectorXd betas;                 ///< known: not estimated
-  OuterLayer outer;                      ///< its clothes
+  std::optional<Eigen::VectorXd> betas;  ///< absent: estimated along
+  std::optional<OuterLayer> outer;       ///< its clothes, when they are known
   std::optional<KnownPoses> poses = {};  ///< instead of tracking
 };
 
@@ -75,6 +75,10 @@ class TrackedRecording {
   const avatar::Camera& camera() const;
 
   const RecordingInfo& info() const { return source_->info(); }
+
+  /// Of the person: as given, or as estimated so far. Throws std::logic_error before the first
+  /// frame.
+  const Eigen::VectorXd& betas() const;
 
   /// Usable frames in the range, at most.
   int numFrames() const;

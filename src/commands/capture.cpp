@@ -8,6 +8,7 @@
 #include "src/capture/tracked_recording.h"
 #include "src/capture_session.h"
 #include "src/commands/commands.h"
+#include "src/commands/digitize_input.h"
 #include "src/commands/report_writing.h"
 #include "src/evaluation/camera_file.h"
 #include "src/evaluation/capture_evaluation.h"
@@ -49,23 +50,47 @@ struct CaptureVerbOptions {
   bool resume = false;
   int checkpointInterval = 20;
   bool report = true;
+  DigitizeInput digitize;
 };
 
 /// Who is captured.
 struct Person {
   avatar::LayeredAvatar avatar;
   std::shared_ptr<const avatar::BodyModel> model;
+  nlohmann::json digitization = {};  // figures, when the avatar was made of the recording's turn
 };
 
-Person readPerson(const CaptureVerbOptions& options) {
-  Person person{avatar::readAvatar(options.avatar), nullptr};
-  const std::string name = options.body.empty() ? person.avatar.body.model : options.body;
+Person readAvatarFile(const std::string& path, const std::string& body) {
+  Person person{avatar::readAvatar(path), nullptr};
+  const std::string name = body.empty() ? person.avatar.body.model : body;
   person.model = std::make_shared<avatar::BodyModel>(avatar::loadBody(name));
   if (!definesJointsOf(*person.model, person.avatar.body))
     throw avatar::FileError(
-        options.avatar,
+        path,
         "simulcap_body",
         "its body isn't of the model " + name + "; give --body the model it was made with");
+  return person;
+}
+
+Person digitizedPerson(const CaptureVerbOptions& options, const CommandContext& context) {
+  const auto model = std::make_shared<avatar::BodyModel>(avatar::loadBody(options.body));
+  DigitizedPerson person = digitized(options.sequence, *model, options.digitize, context);
+  nlohmann::json figures = digitizationFigures(person);
+  return {std::move(person.avatar), model, std::move(figures)};
+}
+
+/// From the avatar's file; without one, digitized, or as an interrupted capture had digitized it.
+Person findPerson(const CaptureVerbOptions& options, const CommandContext& context) {
+  if (!options.avatar.empty())
+    return readAvatarFile(options.avatar, options.body);
+  const fs::path output(options.output);
+  if (options.resume && fs::exists(output / "checkpoint.npz"))
+    return readAvatarFile((output / "avatar.glb").string(), options.body);
+  return digitizedPerson(options, context);
+}
+
+Person preparedPerson(const CaptureVerbOptions& options, const CommandContext& context) {
+  Person person = findPerson(options, context);
   if (options.material.empty())
     return person;
   const bullet_ext::ClothMaterial material = bullet_ext::paperMaterial(options.material);
@@ -186,11 +211,14 @@ nlohmann::json settingsJson(const CaptureVerbOptions& options) {
 
 void writeCaptureMetrics(
     const CaptureVerbOptions& options,
+    const Person& person,
     const CaptureOutput& output,
     const FrameClock& clock,
     const CommandContext& context) {
   nlohmann::json metrics = output.figures().json();
   metrics.update(ownFigures(options.output, context));
+  if (person.digitization.is_object())
+    metrics.update(person.digitization);
   metrics["program"] = std::string("simulcap ") + kVersion;
   metrics["input"] = options.sequence;
   metrics["method"] = options.method;
@@ -208,6 +236,10 @@ void writeCaptureMetrics(
 }
 
 void requireConsistent(const CaptureVerbOptions& options) {
+  if (options.avatar.empty() && options.body.empty())
+    throw UsageError(
+        "--avatar: give the person's avatar, or --body default to digitize the recording's turn "
+        "first");
   if (!options.camera.empty() && options.poses.empty())
     throw UsageError("--camera: goes with --poses");
   if (options.literal && options.method != captureMethodNames().front())
@@ -250,7 +282,7 @@ std::unique_ptr<CaptureSession> startedSession(
 /// A frame's journey: read, prepared and tracked by `frames`, captured by the session, written.
 void capture(const CaptureVerbOptions& options, const CommandContext& context) {
   requireConsistent(options);
-  const Person person = readPerson(options);
+  const Person person = preparedPerson(options, context);
   TrackedRecording frames = openFrames(options, person);
   CaptureOutput output = openOutput(options, person, frames);
   if (output.resumed())
@@ -287,7 +319,7 @@ void capture(const CaptureVerbOptions& options, const CommandContext& context) {
     output.checkpointed(frames.state(), session->state());
   output.finish(frames.camera());
   report(output, frames, context.console);
-  writeCaptureMetrics(options, output, clock, context);
+  writeCaptureMetrics(options, person, output, clock, context);
   if (options.report)
     writeReportOf(options.output, options.sequence, context);
 }
@@ -326,14 +358,18 @@ void addCapture(CLI::App& program, ChosenCommand& chosen) {
           options->sequence,
           "Folder of the recording: depth/, intrinsics.json; or TUM RGB-D")
       ->required();
-  verb->add_option("--avatar", options->avatar, "The person, dressed (.glb, as dress makes it)")
-      ->required()
+  verb->add_option(
+          "--avatar",
+          options->avatar,
+          "The person, dressed (.glb, as dress or digitize makes it); without it, the turn at the "
+          "recording's beginning is digitized first")
       ->type_name("FILE");
   verb->add_option("-o,--output", options->output, "Folder to write to")->required();
   verb->add_option(
           "--body",
           options->body,
-          "'default' or the body model .npz of the avatar (default: as the avatar says)")
+          "'default' or the body model .npz of the avatar (default: as the avatar says; without "
+          "an avatar it must be given)")
       ->type_name("BODY");
   verb->add_option(
           "--material",
@@ -349,6 +385,7 @@ void addCapture(CLI::App& program, ChosenCommand& chosen) {
       "The paper's own numbers: 100 substeps of 1/3000 s of fitting, no filter over time");
   addPoseOptions(*verb, *options);
   addRangeOptions(*verb, *options);
+  addDigitizeOptions(*verb, options->digitize);
   verb->add_flag(
       "--resume",
       options->resume,

@@ -24,6 +24,7 @@ TEST(Program, HelpExplainsEveryVerb) {
        {"capture",
         "compare",
         "demo",
+        "digitize",
         "dress",
         "evaluate",
         "export",

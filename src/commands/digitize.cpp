@@ -1,0 +1,92 @@
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/io/avatar_file.h"
+#include "avatar/io/mesh_file.h"
+#include "src/commands/commands.h"
+#include "src/commands/digitize_input.h"
+#include "src/digitize_session.h"
+#include "src/evaluation/avatar_evaluation.h"
+#include "src/evaluation/metrics_file.h"
+#include "src/program/console.h"
+#include "src/program/machine.h"
+#include "src/program/version.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace simulcap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DigitizeVerbOptions {
+  std::string sequence;
+  std::string body = "default";
+  std::string output;
+  std::string truth;
+  DigitizeInput input;
+};
+
+/// AVATAR.glb → AVATAR.metrics.json.
+std::string besides(const std::string& avatar, const char* extension) {
+  return fs::path(avatar).replace_extension(extension).string();
+}
+
+nlohmann::json figuresOf(
+    const DigitizeVerbOptions& options,
+    const DigitizedPerson& person,
+    const CommandContext& context) {
+  nlohmann::json figures = digitizationFigures(person);
+  figures["program"] = std::string("simulcap ") + kVersion;
+  figures["input"] = options.sequence;
+  figures["machine"] = {{"cpu", cpuName()}, {"threads", context.threads}};
+  figures["calibration_gflops"] = calibrationGflops();
+  if (!options.truth.empty())
+    figures["ground_truth"] = avatarFigures(
+        person.avatar,
+        {options.truth, options.body, context.threads},
+        {person.firstNumber, person.firstPose, person.camera.cameraFromWorld});
+  return figures;
+}
+
+void digitizeVerb(const DigitizeVerbOptions& options, const CommandContext& context) {
+  const avatar::BodyModel model = avatar::loadBody(options.body);
+  const DigitizedPerson person = digitized(options.sequence, model, options.input, context);
+  const nlohmann::json figures = figuresOf(options, person, context);
+  avatar::writePly(besides(options.output, ".outer.ply"), person.outer.mesh, person.outer.colors);
+  avatar::writeAvatar(options.output, person.avatar);
+  const std::string metrics = besides(options.output, ".metrics.json");
+  std::error_code none;
+  fs::remove(metrics, none);  // figures of another avatar
+  mergeMetrics(metrics, figures);
+  context.console.result(figures.dump(1));
+  context.console.info("wrote " + options.output);
+}
+
+}  // namespace
+
+void addDigitize(CLI::App& program, ChosenCommand& chosen) {
+  CLI::App* verb = program.add_subcommand(
+      "digitize", "Avatar with separate garments of a person who turns round in an RGB-D sequence");
+  const auto options = std::make_shared<DigitizeVerbOptions>();
+  verb->add_option(
+          "SEQ",
+          options->sequence,
+          "Folder of the recording: depth/, color/, intrinsics.json; or TUM RGB-D")
+      ->required();
+  verb->add_option("-o,--output", options->output, "Avatar to write (.glb)")->required();
+  verb->add_option("--body", options->body, "'default' or a body model .npz")
+      ->type_name("BODY")
+      ->capture_default_str();
+  verb->add_option("--truth", options->truth, "Folder of the truth, SEQ/gt: measures the avatar")
+      ->type_name("DIR");
+  addDigitizeOptions(*verb, options->input);
+  verb->callback([options, &chosen] {
+    chosen = [options](const CommandContext& context) { digitizeVerb(*options, context); };
+  });
+}
+
+}  // namespace simulcap

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "avatar/body_model.h"
+#include "src/commands/commands.h"
+#include "src/digitize_session.h"
+
+#include <optional>
+#include <string>
+
+namespace simulcap {
+
+/// What digitize and capture ask about a turn.
+struct DigitizeInput {
+  std::optional<int> turnFrames;  ///< the first frames; absent: found
+  bool onePiece = false;
+  double edgeLength = 0.02;  ///< [m]
+};
+
+/// --turn, --one-piece, --edge-length.
+void addDigitizeOptions(CLI::App& verb, DigitizeInput& input);
+
+/// Shows how far it is, and what was weak.
+DigitizedPerson digitized(
+    const std::string& sequence,
+    const avatar::BodyModel& model,
+    const DigitizeInput& input,
+    const CommandContext& context);
+
+}  // namespace simulcap

@@ -1,0 +1,248 @@
+#include "src/digitize_session.h"
+
+#include "avatar/geometry/closest_point.h"
+#include "avatar/geometry/isotropic_remesh.h"
+#include "avatar/skinning.h"
+#include "avatar/wardrobe/outfit.h"
+#include "src/program/parallel_for.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace simulcap {
+namespace {
+
+using avatar::kLowerLabel;
+using avatar::kUpperLabel;
+using avatar::SurfaceLabel;
+
+class Digitizer {
+ public:
+  Digitizer(const avatar::BodyModel& model, const DigitizeOptions& options)
+      : model_(model), options_(options), skinning_(model) {
+    const avatar::LoopRunner runLoop = [threads = options.threads](
+                                           long count, const std::function<void(long)>& body) {
+      parallelFor(count, threads, body);
+    };
+    options_.fusion.runLoop = runLoop;
+    options_.parsing.runLoop = runLoop;
+  }
+
+  DigitizedPerson run(const std::string& sequence) {
+    turn_ = trackTurn(sequence, model_, options_.turn);
+    result_.seconds = {{"input", turn_.inputSeconds}, {"body_tracking", turn_.trackingSeconds}};
+    describeTurn();
+    stage("frame_parsing", [&] { parseFrames(); });
+    stage("fusion", [&] { fuse(); });
+    stage("inner_body", [&] { fitBody(); });
+    stage("outer_surface", [&] { complete(); });
+    stage("surface_parsing", [&] {
+      result_.labels = avatar::parsedSurface(result_.outer, options_.surfaceParsing);
+    });
+    stage("garments", [&] { dress(); });
+    return std::move(result_);
+  }
+
+ private:
+  template <typename Work>
+  void stage(const char* name, const Work& work) {
+    if (options_.onStage)
+      options_.onStage(name);
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+    result_.seconds.emplace_back(name, time.count());
+  }
+
+  void warn(const std::string& text) { result_.warnings.push_back(text); }
+
+  void describeTurn() {
+    if (turn_.frames.empty())
+      throw std::runtime_error(
+          "the body was lost in all " + std::to_string(turn_.framesRead) +
+          " frames of the turn; expected one upright person, arms a little away from the body");
+    result_.camera = turn_.camera;
+    result_.firstNumber = turn_.numbers.front();
+    result_.framesRead = turn_.framesRead;
+    result_.framesLost = turn_.framesLost;
+    result_.framesFused = static_cast<int>(turn_.frames.size());
+    result_.degreesSeen = turn_.degreesSeen;
+    result_.warnings = turn_.warnings;
+    constexpr double kWhole = 360.0;
+    if (turn_.degreesSeen < kWhole) {
+      char text[160];
+      std::snprintf(
+          text,
+          sizeof text,
+          "only %.0f of 360 degrees of the person were seen, the rest is a guess: turn round once "
+          "completely, slowly",
+          turn_.degreesSeen);
+      warn(text);
+    }
+    if (10 * turn_.framesLost > turn_.framesRead)
+      warn(
+          "the body was lost in " + std::to_string(turn_.framesLost) + " of " +
+          std::to_string(turn_.framesRead) +
+          " frames of the turn: turn more slowly, arms a little away from the body");
+  }
+
+  void parseFrames() {
+    avatar::FrameParsing parsing =
+        avatar::parsedFrames(turn_.frames, skinning_, turn_.betas, options_.parsing);
+    for (std::size_t f = 0; f < turn_.frames.size(); ++f)
+      turn_.frames[f].labels = std::move(parsing.labels[f]);
+    onePiece_ = parsing.onePiece;
+    for (const std::string& warning : parsing.warnings)
+      warn(warning);
+  }
+
+  void fuse() {
+    avatar::CanonicalFusion fusion(skinning_, turn_.betas, avatar::aPose(), options_.fusion);
+    for (const avatar::PosedDepthFrame& frame : turn_.frames)
+      fusion.allocate(frame);
+    for (const avatar::PosedDepthFrame& frame : turn_.frames)
+      fusion.integrate(frame);
+    // Seen once, at right angles from 1.8 m, or more often.
+    constexpr double kMinWeight = 0.3;
+    fused_ = avatar::surfacePoints(fusion.volume(), kMinWeight);
+  }
+
+  void fitBody() {
+    result_.body =
+        avatar::fitInnerBody(skinning_, turn_.betas, avatar::aPose(), fused_, options_.body);
+    const avatar::ShapedBody shaped = skinning_.shape(result_.body.betas);
+    bodyVertices_ = skinning_.pose(shaped, result_.body.pose).vertices;
+    result_.firstPose = avatar::carriedOver(
+        turn_.frames.front().pose,
+        skinning_.shape(turn_.betas),
+        avatar::aPose(),
+        shaped,
+        result_.body.pose);
+  }
+
+  void complete() {
+    result_.outer =
+        avatar::completeOuterSurface(fused_, {bodyVertices_, model_.faces}, options_.surface);
+    for (const std::string& warning : result_.outer.warnings)
+      warn(warning);
+  }
+
+  std::string nameOf(SurfaceLabel label) const {
+    return onePiece_ ? "dress" : label == kUpperLabel ? "upper" : "lower";
+  }
+
+  /// The dressed surface's colours at points near it.
+  Eigen::Matrix3Xd colorsAt(const Eigen::Matrix3Xd& points) const {
+    const avatar::TriangleBvh bvh(result_.outer.mesh);
+    Eigen::Matrix3Xd colors(3, points.cols());
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const avatar::ClosestPoint at = bvh.closestPoint(points.col(i));
+      const Eigen::Vector3i corners = result_.outer.mesh.faces.col(at.face);
+      colors.col(i) = result_.outer.colors(Eigen::all, corners) * at.weights;
+    }
+    return colors;
+  }
+
+  /// The mean colour of all bare skin that was seen.
+  void paintBody() {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (std::size_t v = 0; v < result_.labels.size(); ++v) {
+      if (result_.labels[v] != avatar::kSkinLabel || !result_.outer.seen[v])
+        continue;
+      sum += result_.outer.colors.col(static_cast<Eigen::Index>(v));
+      ++count;
+    }
+    if (count > 0)
+      result_.avatar.body.color = sum / count;
+  }
+
+  /// A garment's piece of the surface, in triangles of the wanted size.
+  avatar::ModelledGarment cutOut(SurfaceLabel label) const {
+    const avatar::TriangleMesh piece =
+        avatar::labelledPart(result_.outer.mesh, result_.labels, label);
+    avatar::RemeshResult remeshed = avatar::isotropicRemesh(
+        piece,
+        {.targetEdgeLength = options_.edgeLength, .boundary = avatar::BoundaryMode::kResample});
+    Eigen::Matrix3Xd colors = colorsAt(remeshed.mesh.vertices);
+    return {
+        .name = nameOf(label),
+        .mesh = std::move(remeshed.mesh),
+        .vertexColors = std::move(colors),
+        .pose = result_.body.pose};
+  }
+
+  void dress() {
+    avatar::Outfit outfit;
+    outfit.order = avatar::LayerOrder::kAsListed;
+    for (const SurfaceLabel label : {kLowerLabel, kUpperLabel}) {
+      if (std::count(result_.labels.begin(), result_.labels.end(), label) > 0)
+        outfit.pieces.emplace_back(cutOut(label));
+    }
+    avatar::DressedAvatar dressed = avatar::dressed(model_, result_.body.betas, outfit);
+    result_.avatar = std::move(dressed.avatar);
+    paintBody();
+    for (const std::string& note : dressed.notes)
+      warn(note);
+  }
+
+  const avatar::BodyModel& model_;
+  DigitizeOptions options_;
+  avatar::Skinning skinning_;
+  Turn turn_;
+  bool onePiece_ = false;
+  avatar::FusedPoints fused_;
+  Eigen::Matrix3Xd bodyVertices_;  // in the canonical pose
+  DigitizedPerson result_;
+};
+
+}  // namespace
+
+void DigitizeOptions::validate() const {
+  turn.validate();
+  parsing.validate();
+  fusion.validate();
+  body.validate();
+  surface.validate();
+  surfaceParsing.validate();
+  if (!(edgeLength >= 0.008 && edgeLength <= 0.05))
+    throw std::invalid_argument("DigitizeOptions: edgeLength is expected in 0.008 ... 0.05 m");
+  if (threads < 1)
+    throw std::invalid_argument("DigitizeOptions: threads is expected at 1 or above");
+}
+
+DigitizedPerson digitize(
+    const std::string& sequence, const avatar::BodyModel& model, const DigitizeOptions& options) {
+  options.validate();
+  return Digitizer(model, options).run(sequence);
+}
+
+nlohmann::json digitizationFigures(const DigitizedPerson& person) {
+  nlohmann::json seconds = nlohmann::json::object();
+  double total = 0.0;
+  for (const auto& [name, time] : person.seconds) {
+    seconds[name] = time;
+    total += time;
+  }
+  seconds["total"] = total;
+  seconds["per_frame"] = person.framesRead > 0 ? total / person.framesRead : 0.0;
+  return {
+      {"digitization_s", seconds},
+      {"digitization",
+       {{"frames", person.framesRead},
+        {"frames_lost", person.framesLost},
+        {"frames_fused", person.framesFused},
+        {"degrees_seen", person.degreesSeen},
+        {"body_points_for_holes", person.outer.holesFilledByBody},
+        {"skin_to_surface_mm", 1000.0 * person.body.skinDistance},
+        {"skin_under_cloth_mm", 1000.0 * person.body.underCloth},
+        {"skin_outside_cloth", person.body.insideOut},
+        {"warnings", person.warnings}}}};
+}
+
+}  // namespace simulcap

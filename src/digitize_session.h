@@ -1,0 +1,70 @@
+#pragma once
+
+#include "avatar/body_model.h"
+#include "avatar/body_pose.h"
+#include "avatar/digitization/frame_parsing.h"
+#include "avatar/digitization/fusion.h"
+#include "avatar/digitization/inner_body.h"
+#include "avatar/digitization/outer_surface.h"
+#include "avatar/digitization/surface_parsing.h"
+#include "avatar/geometry/camera.h"
+#include "avatar/layered_avatar.h"
+#include "src/digitization/turn.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace simulcap {
+
+struct DigitizeOptions {
+  TurnOptions turn;
+  avatar::FrameParsingOptions parsing;
+  avatar::FusionOptions fusion;
+  avatar::InnerBodyOptions body;
+  avatar::OuterSurfaceOptions surface;
+  avatar::SurfaceParsingOptions surfaceParsing;
+  double edgeLength = 0.02;  ///< of the garments' meshes [m], 0.008 … 0.05
+  int threads = 1;           ///< ≥ 1; never changes the result
+  std::function<void(const std::string& stage)> onStage = {};  ///< called when one begins
+
+  /// Throws std::invalid_argument when a value is out of its range.
+  void validate() const;
+};
+
+/// Wall times of the stages in their order [s].
+using StageSeconds = std::vector<std::pair<std::string, double>>;
+
+/// A dressed person, and what it was made of.
+struct DigitizedPerson {
+  avatar::LayeredAvatar avatar;      ///< garments `upper` and `lower`, or `dress`
+  avatar::OuterSurface outer;        ///< the dressed person in one piece, canonical pose
+  std::vector<std::uint8_t> labels;  ///< SurfaceLabel per vertex of it
+  avatar::InnerBody body;            ///< the canonical pose is the body's here
+  avatar::BodyPose firstPose;        ///< of `body` in the first frame that was used
+  int firstNumber = 0;               ///< that frame's number within the recording
+  avatar::Camera camera;             ///< in the capture's world
+  int framesRead = 0, framesLost = 0, framesFused = 0;
+  double degreesSeen = 0.0;  ///< sides of the person that were seen, 0 … 360
+  StageSeconds seconds;
+  std::vector<std::string> warnings;  ///< what is weak, and what to do better, one line each
+};
+
+/// Turns the turn-around part of a recording into a layered avatar (paper section 3): tracks the
+/// body, labels the frames, fuses them in an A-pose, fits the undressed body beneath, completes the
+/// dressed surface, parses it and cuts the garments out of it. Throws avatar::FileError for a
+/// recording that can't be used, and std::runtime_error, saying what to do, when no avatar can be
+/// made of what it shows.
+DigitizedPerson digitize(
+    const std::string& sequence,
+    const avatar::BodyModel& model,
+    const DigitizeOptions& options = {});
+
+/// digitization_s and what else metrics.json says of it.
+nlohmann::json digitizationFigures(const DigitizedPerson& person);
+
+}  // namespace simulcap
