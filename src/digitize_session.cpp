@@ -1,9 +1,10 @@
 #include "src/digitize_session.h"
 
-#include "avatar/geometry/closest_point.h"
-#include "avatar/geometry/isotropic_remesh.h"
+#include "avatar/avatar_body.h"
+#include "avatar/digitization/body_enhancement.h"
+#include "avatar/digitization/garment_finishing.h"
 #include "avatar/skinning.h"
-#include "avatar/wardrobe/outfit.h"
+#include "avatar/wardrobe/dressing_body.h"
 #include "src/program/parallel_for.h"
 
 #include <nlohmann/json.hpp>
@@ -16,10 +17,6 @@
 
 namespace simulcap {
 namespace {
-
-using avatar::kLowerLabel;
-using avatar::kUpperLabel;
-using avatar::SurfaceLabel;
 
 class Digitizer {
  public:
@@ -132,63 +129,22 @@ class Digitizer {
       warn(warning);
   }
 
-  std::string nameOf(SurfaceLabel label) const {
-    return onePiece_ ? "dress" : label == kUpperLabel ? "upper" : "lower";
-  }
-
-  /// The dressed surface's colours at points near it.
-  Eigen::Matrix3Xd colorsAt(const Eigen::Matrix3Xd& points) const {
-    const avatar::TriangleBvh bvh(result_.outer.mesh);
-    Eigen::Matrix3Xd colors(3, points.cols());
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      const avatar::ClosestPoint at = bvh.closestPoint(points.col(i));
-      const Eigen::Vector3i corners = result_.outer.mesh.faces.col(at.face);
-      colors.col(i) = result_.outer.colors(Eigen::all, corners) * at.weights;
-    }
-    return colors;
-  }
-
-  /// The mean colour of all bare skin that was seen.
-  void paintBody() {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    int count = 0;
-    for (std::size_t v = 0; v < result_.labels.size(); ++v) {
-      if (result_.labels[v] != avatar::kSkinLabel || !result_.outer.seen[v])
-        continue;
-      sum += result_.outer.colors.col(static_cast<Eigen::Index>(v));
-      ++count;
-    }
-    if (count > 0)
-      result_.avatar.body.color = sum / count;
-  }
-
-  /// A garment's piece of the surface, in triangles of the wanted size.
-  avatar::ModelledGarment cutOut(SurfaceLabel label) const {
-    const avatar::TriangleMesh piece =
-        avatar::labelledPart(result_.outer.mesh, result_.labels, label);
-    avatar::RemeshResult remeshed = avatar::isotropicRemesh(
-        piece,
-        {.targetEdgeLength = options_.edgeLength, .boundary = avatar::BoundaryMode::kResample});
-    Eigen::Matrix3Xd colors = colorsAt(remeshed.mesh.vertices);
-    return {
-        .name = nameOf(label),
-        .mesh = std::move(remeshed.mesh),
-        .vertexColors = std::move(colors),
-        .pose = result_.body.pose};
-  }
-
   void dress() {
-    avatar::Outfit outfit;
-    outfit.order = avatar::LayerOrder::kAsListed;
-    for (const SurfaceLabel label : {kLowerLabel, kUpperLabel}) {
-      if (std::count(result_.labels.begin(), result_.labels.end(), label) > 0)
-        outfit.pieces.emplace_back(cutOut(label));
-    }
-    avatar::DressedAvatar dressed = avatar::dressed(model_, result_.body.betas, outfit);
-    result_.avatar = std::move(dressed.avatar);
-    paintBody();
-    for (const std::string& note : dressed.notes)
+    const avatar::DressingBody body =
+        avatar::standForDressing(model_, result_.body.betas, result_.body.pose);
+    avatar::FinishingOptions finishing;
+    finishing.edgeLength = options_.edgeLength;
+    avatar::FinishedGarments finished =
+        avatar::finishGarments(result_.outer, result_.labels, body, finishing);
+    for (const std::string& note : finished.notes)
       warn(note);
+    result_.avatar.garments = std::move(finished.garments);
+    if (onePiece_ && result_.avatar.garments.size() == 1)
+      result_.avatar.garments.front().name = "dress";
+    result_.avatar.body = avatar::makeAvatarBody(model_, result_.body.betas);
+    const avatar::BodyEnhancement details = avatar::enhanceBody(
+        result_.outer, result_.labels, {skinning_, result_.body.betas, result_.body.pose});
+    avatar::applyEnhancement(details, result_.avatar.body);
   }
 
   const avatar::BodyModel& model_;
