@@ -51,6 +51,24 @@ std::vector<Eigen::Isometry3d> worldFromJoints(const AvatarBody& body, const Bod
   return Skinning(model).pose({model.templateVertices, body.joints}, pose).worldFromJoint;
 }
 
+std::vector<Eigen::Affine3d> vertexTransforms(
+    const SkinningWeights& skinningWeights,
+    const AvatarBody& body,
+    const BodyPose& bindPose,
+    const BodyPose& pose) {
+  const std::vector<Eigen::Isometry3d> joints = worldFromBind(body, bindPose, pose);
+  std::vector<Eigen::Affine3d> transforms;
+  transforms.reserve(static_cast<std::size_t>(skinningWeights.rows()));
+  for (Eigen::Index v = 0; v < skinningWeights.rows(); ++v) {
+    Eigen::Affine3d blend = Eigen::Affine3d::Identity();
+    blend.affine().setZero();
+    for (SkinningWeights::InnerIterator it(skinningWeights, v); it; ++it)
+      blend.affine() += it.value() * joints[static_cast<std::size_t>(it.col())].affine();
+    transforms.push_back(blend);
+  }
+  return transforms;
+}
+
 Eigen::Matrix3Xd posedVertices(const AvatarBody& body, const BodyPose& pose) {
   return blended(body.skinningWeights, worldFromBind(body, {}, pose), body.mesh.vertices);
 }

@@ -15,6 +15,14 @@ namespace avatar {
 /// std::invalid_argument as Skinning::pose().
 std::vector<Eigen::Isometry3d> worldFromJoints(const AvatarBody& body, const BodyPose& pose);
 
+/// V blended transforms Σ_k w_k G_k(pose) G_k(bindPose)⁻¹ that carry vertices which are known in
+/// the bind pose; weights V × J.
+std::vector<Eigen::Affine3d> vertexTransforms(
+    const Eigen::SparseMatrix<double, Eigen::RowMajor>& skinningWeights,
+    const AvatarBody& body,
+    const BodyPose& bindPose,
+    const BodyPose& pose);
+
 /// The body in a pose as every glTF viewer shows it (no pose blend shapes), 3 × V [m].
 Eigen::Matrix3Xd posedVertices(const AvatarBody& body, const BodyPose& pose);
 

@@ -85,13 +85,18 @@ bool isSimulated(CaptureMethod method) {
 }
 
 bool isFitted(CaptureMethod method) {
-  return method == CaptureMethod::kSimulcap;
+  return method != CaptureMethod::kSimulateOnly && method != CaptureMethod::kSkinning;
+}
+
+bool isWarped(CaptureMethod method) {
+  return method == CaptureMethod::kNonrigidIcp || method == CaptureMethod::kSingleSurface;
 }
 
 }  // namespace
 
 const std::vector<std::string>& captureMethodNames() {
-  static const std::vector<std::string> names = {"simulcap", "simulate-only", "skinning"};
+  static const std::vector<std::string> names = {
+      "simulcap", "simulate-only", "skinning", "direct-fit", "nonrigid-icp", "single-surface"};
   return names;
 }
 
@@ -119,6 +124,8 @@ void CaptureOptions::validate() const {
   targets.validate();
   steadiness.validate();
   force.validate();
+  direct.validate();
+  warp.validate();
 }
 
 struct CaptureSession::Layer {
@@ -157,6 +164,16 @@ CaptureSession::CaptureSession(
     world_ = std::make_unique<bullet_ext::CaptureWorld>(setup_);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(std::string("the avatar can't be simulated: ") + error.what());
+  }
+  if (isWarped(options.method)) {
+    std::vector<PixelLabel> labels;
+    for (const Layer& layer : layers_)
+      labels.push_back(layer.label);
+    const WarpedParts parts = options.method == CaptureMethod::kNonrigidIcp
+                                  ? WarpedParts::kGarments
+                                  : WarpedParts::kWholePerson;
+    warped_ = std::make_unique<WarpedClothes>(
+        person.avatar, camera, labels, parts, options.warp, options.view);
   }
   largestSubstep_ = 1.0;
   for (int i = 0; i < world_->numGarments(); ++i)
@@ -265,8 +282,18 @@ bool CaptureSession::simulate(const Eigen::Matrix3Xd& body, double duration) {
 }
 
 void CaptureSession::follow(const avatar::BodyPose& pose) {
+  if (warped_) {
+    warped_->follow(pose);
+    takeWarped();
+    return;
+  }
   for (int i = 0; i < static_cast<int>(layers_.size()); ++i)
     layers_[static_cast<std::size_t>(i)].vertices = skinned(i, pose);
+}
+
+void CaptureSession::takeWarped() {
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    layers_[i].vertices = warped_->garment(i);
 }
 
 /// False: the cloth blew up.
@@ -315,6 +342,33 @@ void CaptureSession::pull(const std::vector<GarmentTargets>& targets) {
 /// Returns what the garments are pulled to at the end.
 std::vector<GarmentTargets> CaptureSession::fit(
     const ObservedFrame& frame, const std::vector<GarmentView>& views) {
+  if (options_.method == CaptureMethod::kSimulcap)
+    return fitPhysically(frame, views);
+  if (options_.method == CaptureMethod::kDirectFit)
+    return fitDirectly(frame, views);
+  std::vector<GarmentTargets> targets = warped_->fit(
+      {bodySurface(frame.body.pose), person_.model.faces}, frame.cloud, options_.targets);
+  takeWarped();
+  return targets;
+}
+
+/// From where the joints have brought the garments, in every round.
+std::vector<GarmentTargets> CaptureSession::fitDirectly(
+    const ObservedFrame& frame, const std::vector<GarmentView>& views) {
+  for (Layer& layer : layers_)
+    layer.reference = layer.vertices;
+  std::vector<GarmentTargets> targets = findTargets(views, frame.cloud);
+  for (int round = 0; round < options_.fitRounds; ++round) {
+    for (std::size_t i = 0; i < layers_.size(); ++i)
+      layers_[i].vertices = directlyFitted(
+          {layers_[i].reference, layers_[i].garment.mesh.faces}, targets[i], options_.direct);
+    targets = findTargets(views, frame.cloud);
+  }
+  return targets;
+}
+
+std::vector<GarmentTargets> CaptureSession::fitPhysically(
+    const ObservedFrame& frame, const std::vector<GarmentView>& views) {
   for (std::size_t i = 0; i < layers_.size(); ++i)
     layers_[i].reference = skinned(static_cast<int>(i), frame.body.pose);
   std::vector<GarmentTargets> targets = findTargets(views, frame.cloud);
@@ -336,6 +390,8 @@ CaptureState CaptureSession::state() const {
         {world_->vertices(i),
          world_->velocities(i),
          layers_[static_cast<std::size_t>(i)].steady.state()});
+  if (warped_)
+    state.warps = warped_->state();
   return state;
 }
 
@@ -343,6 +399,8 @@ void CaptureSession::restore(const CaptureState& state) {
   if (state.garments.size() != layers_.size())
     throw std::invalid_argument("CaptureSession: the state is of another avatar");
   bodyVertices_ = state.bodyVertices;
+  if (warped_)
+    warped_->restore(state.warps);
   if (bodyVertices_.cols() == 0)
     return;
   dressed_ = true;

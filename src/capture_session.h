@@ -8,8 +8,10 @@
 #include "bullet_ext/capture_world.h"
 #include "src/capture/observed_frame.h"
 #include "src/fitting/depth_targets.h"
+#include "src/fitting/direct_fit.h"
 #include "src/fitting/layer_view.h"
 #include "src/fitting/steady_targets.h"
+#include "src/fitting/warped_clothes.h"
 #include "src/tracking/tracked_body.h"
 
 #include <Eigen/Core>
@@ -26,10 +28,14 @@ namespace simulcap {
 enum class CaptureMethod {
   kSimulcap,      ///< simulated, then fitted to depth
   kSimulateOnly,  ///< simulated
-  kSkinning       ///< follow the body's joints
+  kSkinning,      ///< follow the body's joints
+  kDirectFit,     ///< follow the joints, then stretched onto depth without physics
+  kNonrigidIcp,   ///< warped by a graph of nodes each: the paper's multi-layer baseline
+  kSingleSurface  ///< the dressed person as one surface warped by a graph, after DoubleFusion
 };
 
-/// "simulcap", "simulate-only", "skinning", in the order of the enumeration.
+/// "simulcap", "simulate-only", "skinning", "direct-fit", "nonrigid-icp", "single-surface", in the
+/// order of the enumeration.
 const std::vector<std::string>& captureMethodNames();
 
 struct CaptureOptions {
@@ -42,6 +48,8 @@ struct CaptureOptions {
   DepthTargetOptions targets;
   SteadyTargetOptions steadiness;
   bullet_ext::DepthForceOptions force;
+  DirectFitOptions direct;       ///< for kDirectFit, in fitRounds rounds
+  WarpOptions warp;              ///< for kNonrigidIcp and kSingleSurface
   bool garmentContact = true;    ///< garments don't pass through each other
   double dressingSeconds = 1.0;  ///< simulated from the A-pose to the first pose, 0 … 10
 
@@ -92,6 +100,7 @@ struct CaptureState {
 
   Eigen::Matrix3Xd bodyVertices;  ///< 3 × V [m]; 3 × 0: before the first frame
   std::vector<Garment> garments;
+  std::vector<Eigen::MatrixXd> warps;  ///< WarpedClothes::state(); none with other methods
 };
 
 /// Captures a dressed person's clothes frame by frame (SimulCap 4.2): simulate on the moving body,
@@ -133,9 +142,14 @@ class CaptureSession {
   void dress(const avatar::BodyPose& pose);
   bool simulate(const Eigen::Matrix3Xd& body, double duration);
   void follow(const avatar::BodyPose& pose);
+  void takeWarped();
   bool moveGarments(const ObservedFrame& frame, const Eigen::Matrix3Xd& body);
   std::vector<GarmentView> view(const Eigen::Matrix3Xd& body);
   std::vector<GarmentTargets> fit(
+      const ObservedFrame& frame, const std::vector<GarmentView>& views);
+  std::vector<GarmentTargets> fitPhysically(
+      const ObservedFrame& frame, const std::vector<GarmentView>& views);
+  std::vector<GarmentTargets> fitDirectly(
       const ObservedFrame& frame, const std::vector<GarmentView>& views);
   std::vector<GarmentTargets> findTargets(
       const std::vector<GarmentView>& views, const DepthCloud& cloud) const;
@@ -151,7 +165,8 @@ class CaptureSession {
   std::unique_ptr<bullet_ext::CaptureWorld> world_;
   LayerViewer viewer_;
   std::vector<Layer> layers_;
-  double largestSubstep_ = 0.0;  // that every garment bears [s]
+  std::unique_ptr<WarpedClothes> warped_;  // null with methods that don't warp
+  double largestSubstep_ = 0.0;            // that every garment bears [s]
   bool dressed_ = false;
   Eigen::Matrix3Xd bodyVertices_;  // of the last frame
 };

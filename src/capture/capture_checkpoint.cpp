@@ -76,6 +76,8 @@ void addCloth(const CaptureState& cloth, NpzArrays& arrays) {
     arrays[garmentKey(i, "velocities")] = NpyArray::fromMatrix(garment.velocities);
     arrays[garmentKey(i, "offsets")] = NpyArray::fromMatrix(garment.offsets.cast<double>());
   }
+  for (std::size_t i = 0; i < cloth.warps.size(); ++i)
+    arrays["warp_" + std::to_string(i)] = NpyArray::fromMatrix(cloth.warps[i]);
 }
 
 CaptureState clothOf(const NpzArrays& arrays) {
@@ -85,6 +87,8 @@ CaptureState clothOf(const NpzArrays& arrays) {
         {pointsOf(arrays.at(garmentKey(i, "positions"))),
          pointsOf(arrays.at(garmentKey(i, "velocities"))),
          arrays.at(garmentKey(i, "offsets")).asMatrix().cast<float>()});
+  for (std::size_t i = 0; arrays.count("warp_" + std::to_string(i)) > 0; ++i)
+    cloth.warps.push_back(arrays.at("warp_" + std::to_string(i)).asMatrix());
   return cloth;
 }
 

@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -44,19 +43,6 @@ bool isMoment(int ordinal, int numFrames) {
   return false;
 }
 
-std::string momentLabel(const RgbdFrame& picture) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%d: %.2f s", picture.index, picture.timestamp);
-  return text;
-}
-
-std::vector<float> personDepth(const DepthCloud& cloud) {
-  std::vector<float> depth = cloud.depth;
-  for (std::size_t i = 0; i < depth.size(); ++i)
-    depth[i] = cloud.person[i] != 0 ? depth[i] : 0.0F;
-  return depth;
-}
-
 }  // namespace
 
 CaptureOutput::CaptureOutput(fs::path folder, CaptureOutputSetup setup)
@@ -80,7 +66,6 @@ PerformanceLayout CaptureOutput::layout() const {
 void CaptureOutput::begin() {
   remove(path("checkpoint.npz"));  // of another capture
   avatar::writeAvatar(path("avatar.glb"), setup_.avatar);
-  performance_.emplace(path("performance.npz"), layout());
 }
 
 /// Without the parts of performance.npz that file itself is whole, and only what is made of it is
@@ -105,13 +90,7 @@ void CaptureOutput::resume() {
 
 void CaptureOutput::keepPicture(const TrackedFrame& frame) {
   if (isMoment(frame.ordinal, setup_.numFrames))
-    moments_.push_back(
-        {momentLabel(frame.picture),
-         frame.picture.index,
-         frame.picture.color,
-         personDepth(frame.observed.cloud),
-         {},
-         {}});
+    moments_.push_back(pictureMoment(frame));
 }
 
 void CaptureOutput::add(
@@ -119,6 +98,8 @@ void CaptureOutput::add(
   PerformanceFrame row{.pose = result.pose, .garments = {}, .recordingIndex = frame.picture.index};
   for (const CapturedGarment& garment : result.garments)
     row.garments.push_back({garment.vertices.cast<float>(), garment.provenance});
+  if (!performance_)
+    performance_.emplace(path("performance.npz"), layout());
   performance_->append(row);
   ++numFrames_;
   figures_.add(result, camera, frame.observed.cloud);

@@ -80,7 +80,7 @@ class CaptureOutput {
   std::filesystem::path folder_;
   CaptureOutputSetup setup_;
   std::optional<CaptureCheckpoint> resumed_;
-  std::optional<PerformanceWriter> performance_;  // none: it is finished
+  std::optional<PerformanceWriter> performance_;  // none: no frame yet, or it is finished
   std::int64_t numFrames_ = 0;
   CaptureFigures figures_;
   std::vector<CaptureMoment> moments_;  // without geometry

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace simulcap {
 namespace {
@@ -24,35 +25,6 @@ Eigen::AlignedBox2d seenBox(const Eigen::Matrix3Xd& vertices, const avatar::Came
       box.extend(Eigen::Vector2d(pixel.head<2>()));
   }
   return box;
-}
-
-/// The camera with its image cut to the person and brought to a panel's size, at one scale for all
-/// moments.
-std::vector<avatar::Camera> panelCameras(
-    const std::vector<CaptureMoment>& moments, const avatar::Camera& camera) {
-  constexpr double kMargin = 1.1;
-  std::vector<Eigen::AlignedBox2d> boxes;
-  Eigen::Vector2d largest(1.0, 1.0);
-  for (const CaptureMoment& moment : moments) {
-    boxes.push_back(seenBox(moment.body, camera));
-    if (!boxes.back().isEmpty())
-      largest = largest.cwiseMax(boxes.back().sizes());
-  }
-  const double scale = std::min(kPanelWidth / largest.x(), kPanelHeight / largest.y()) / kMargin;
-  std::vector<avatar::Camera> cameras;
-  for (const Eigen::AlignedBox2d& box : boxes) {
-    const Eigen::Vector2d centre =
-        box.isEmpty() ? Eigen::Vector2d(camera.cx, camera.cy) : box.center();
-    avatar::Camera panel = camera;
-    panel.width = kPanelWidth;
-    panel.height = kPanelHeight;
-    panel.fx *= scale;
-    panel.fy *= scale;
-    panel.cx = (camera.cx - centre.x()) * scale + 0.5 * (kPanelWidth - 1);
-    panel.cy = (camera.cy - centre.y()) * scale + 0.5 * (kPanelHeight - 1);
-    cameras.push_back(panel);
-  }
-  return cameras;
 }
 
 /// The camera's picture as the panel's camera would see it; white beyond its edge.
@@ -133,20 +105,17 @@ Eigen::Matrix3Xd errorColors(
   return colors;
 }
 
-avatar::ColorImage errorPicture(
-    const avatar::LayeredAvatar& avatar,
-    const CaptureMoment& moment,
-    const avatar::Camera& camera,
-    const avatar::Camera& panel) {
-  std::vector<Eigen::Matrix3Xd> colors;
-  for (const Eigen::Matrix3Xd& garment : moment.garments)
-    colors.push_back(errorColors(garment, moment.depth, camera));
-  std::vector<avatar::ShadedMesh> meshes = {
-      {.mesh = {moment.body, avatar.body.mesh.faces}, .color = kUnmeasured}};
-  for (std::size_t i = 0; i < colors.size(); ++i)
-    meshes.push_back(
-        {.mesh = {moment.garments[i], avatar.garments[i].mesh.faces}, .vertexColors = &colors[i]});
-  return avatar::shade(meshes, panel);
+std::string momentLabel(const RgbdFrame& picture) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%d: %.2f s", picture.index, picture.timestamp);
+  return text;
+}
+
+std::vector<float> personDepth(const DepthCloud& cloud) {
+  std::vector<float> depth = cloud.depth;
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    depth[i] = cloud.person[i] != 0 ? depth[i] : 0.0F;
+  return depth;
 }
 
 /// Of one size, each about its person.
@@ -168,6 +137,78 @@ std::vector<Eigen::AlignedBox3d> momentBoxes(const std::vector<CaptureMoment>& m
 }
 
 }  // namespace
+
+CaptureMoment pictureMoment(const TrackedFrame& frame) {
+  return {
+      momentLabel(frame.picture),
+      frame.picture.index,
+      frame.picture.color,
+      personDepth(frame.observed.cloud),
+      {},
+      {}};
+}
+
+std::vector<avatar::Camera> panelCameras(
+    const std::vector<CaptureMoment>& moments, const avatar::Camera& camera) {
+  constexpr double kMargin = 1.1;
+  std::vector<Eigen::AlignedBox2d> boxes;
+  Eigen::Vector2d largest(1.0, 1.0);
+  for (const CaptureMoment& moment : moments) {
+    boxes.push_back(seenBox(moment.body, camera));
+    if (!boxes.back().isEmpty())
+      largest = largest.cwiseMax(boxes.back().sizes());
+  }
+  const double scale = std::min(kPanelWidth / largest.x(), kPanelHeight / largest.y()) / kMargin;
+  std::vector<avatar::Camera> cameras;
+  for (const Eigen::AlignedBox2d& box : boxes) {
+    const Eigen::Vector2d centre =
+        box.isEmpty() ? Eigen::Vector2d(camera.cx, camera.cy) : box.center();
+    avatar::Camera panel = camera;
+    panel.width = kPanelWidth;
+    panel.height = kPanelHeight;
+    panel.fx *= scale;
+    panel.fy *= scale;
+    panel.cx = (camera.cx - centre.x()) * scale + 0.5 * (kPanelWidth - 1);
+    panel.cy = (camera.cy - centre.y()) * scale + 0.5 * (kPanelHeight - 1);
+    cameras.push_back(panel);
+  }
+  return cameras;
+}
+
+avatar::ColorImage depthErrorPicture(
+    const avatar::LayeredAvatar& avatar,
+    const CaptureMoment& moment,
+    const avatar::Camera& camera,
+    const avatar::Camera& panel) {
+  std::vector<Eigen::Matrix3Xd> colors;
+  for (const Eigen::Matrix3Xd& garment : moment.garments)
+    colors.push_back(errorColors(garment, moment.depth, camera));
+  std::vector<avatar::ShadedMesh> meshes = {
+      {.mesh = {moment.body, avatar.body.mesh.faces}, .color = kUnmeasured}};
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    meshes.push_back(
+        {.mesh = {moment.garments[i], avatar.garments[i].mesh.faces}, .vertexColors = &colors[i]});
+  return avatar::shade(meshes, panel);
+}
+
+avatar::ColorImage measuredPicture(
+    const avatar::LayeredAvatar& avatar,
+    const CaptureMoment& moment,
+    const avatar::Camera& camera,
+    const avatar::Camera& panel) {
+  constexpr float kReach = 0.15F;  // [m]
+  const std::vector<PicturedMesh> meshes = dressed(avatar, moment);
+  std::vector<avatar::MeshView> surfaces;
+  for (const PicturedMesh& mesh : meshes)
+    surfaces.emplace_back(mesh.mesh);
+  const avatar::RasterImage captured = avatar::rasterize(surfaces, camera);
+  std::vector<float> depth = moment.depth;
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    if (captured.object[i] < 0 || std::abs(depth[i] - captured.depth[i]) > kReach)
+      depth[i] = 0.0F;
+  }
+  return cut(depthPicture(depth, camera.width, camera.height), camera, panel);
+}
 
 avatar::ColorImage depthPicture(const std::vector<float>& depth, int width, int height) {
   float nearest = 1e9F, farthest = 0.0F;
@@ -211,7 +252,7 @@ ContactSheet captureSheet(
   for (std::size_t i = 0; i < moments.size(); ++i)
     sheet.panels.push_back(overlaid(seen[i], captured[i], panels[i]));
   for (std::size_t i = 0; i < moments.size(); ++i)
-    sheet.panels.push_back(errorPicture(avatar, moments[i], camera, panels[i]));
+    sheet.panels.push_back(depthErrorPicture(avatar, moments[i], camera, panels[i]));
   for (const char* view : {"three-quarter", "back"}) {
     for (std::size_t i = 0; i < moments.size(); ++i)
       sheet.panels.push_back(picture(

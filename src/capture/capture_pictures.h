@@ -3,7 +3,7 @@
 #include "avatar/geometry/camera.h"
 #include "avatar/geometry/shading.h"
 #include "avatar/layered_avatar.h"
-#include "src/input/depth_cloud.h"
+#include "src/capture/tracked_recording.h"
 #include "src/output/contact_sheet.h"
 
 #include <Eigen/Core>
@@ -23,6 +23,9 @@ struct CaptureMoment {
   std::vector<Eigen::Matrix3Xd> garments;  ///< 3 × N [m] each, in the world
 };
 
+/// What the camera saw of the person, without what was captured.
+CaptureMoment pictureMoment(const TrackedFrame& frame);
+
 /// Moments from left to right. From top to bottom: what the camera saw; the capture laid over it;
 /// how far the garments are from the depth (blue: behind it, red: in front of it, full at 20 mm,
 /// grey: nothing measured); the capture from three-quarter and from behind.
@@ -30,6 +33,26 @@ ContactSheet captureSheet(
     const avatar::LayeredAvatar& avatar,
     const std::vector<CaptureMoment>& moments,
     const avatar::Camera& camera);
+
+/// The camera with its image cut to the person and brought to a panel's size, one per moment and
+/// all at one scale.
+std::vector<avatar::Camera> panelCameras(
+    const std::vector<CaptureMoment>& moments, const avatar::Camera& camera);
+
+/// How far the garments are from the moment's depth, coloured as in captureSheet(). `camera`: that
+/// measured it; `panel`: that it is seen with.
+avatar::ColorImage depthErrorPicture(
+    const avatar::LayeredAvatar& avatar,
+    const CaptureMoment& moment,
+    const avatar::Camera& camera,
+    const avatar::Camera& panel);
+
+/// The moment's depth as grey, where it is within 0.15 m of what was captured.
+avatar::ColorImage measuredPicture(
+    const avatar::LayeredAvatar& avatar,
+    const CaptureMoment& moment,
+    const avatar::Camera& camera,
+    const avatar::Camera& panel);
 
 /// Depth as grey, near is bright, for where there is no colour.
 avatar::ColorImage depthPicture(const std::vector<float>& depth, int width, int height);

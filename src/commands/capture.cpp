@@ -1,22 +1,16 @@
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/io/atomic_file.h"
-#include "avatar/io/avatar_file.h"
 #include "avatar/io/file_error.h"
-#include "avatar/io/motion_file.h"
-#include "bullet_ext/core/cloth_material.h"
+#include "src/capture/capture_metrics.h"
 #include "src/capture/capture_output.h"
 #include "src/capture/tracked_recording.h"
 #include "src/capture_session.h"
 #include "src/commands/commands.h"
 #include "src/commands/digitize_input.h"
+#include "src/commands/person_input.h"
 #include "src/commands/report_writing.h"
-#include "src/evaluation/camera_file.h"
-#include "src/evaluation/capture_evaluation.h"
-#include "src/evaluation/metrics_file.h"
-#include "src/evaluation/posed_avatar.h"
 #include "src/evaluation/stage_timing.h"
 #include "src/program/console.h"
-#include "src/program/machine.h"
 #include "src/program/version.h"
 
 #include <CLI/CLI.hpp>
@@ -38,79 +32,32 @@ namespace fs = std::filesystem;
 
 struct CaptureVerbOptions {
   std::string sequence;
-  std::string avatar;
-  std::string body;
   std::string output;
-  std::string material;
+  PersonOptions person;
   std::string method = "simulcap";
   bool literal = false;
-  std::string poses;
-  std::string camera;
-  FrameRange range;
   bool resume = false;
   int checkpointInterval = 20;
   bool report = true;
   DigitizeInput digitize;
 };
 
-/// Who is captured.
-struct Person {
-  avatar::LayeredAvatar avatar;
-  std::shared_ptr<const avatar::BodyModel> model;
-  nlohmann::json digitization = {};  // figures, when the avatar was made of the recording's turn
-};
-
-Person readAvatarFile(const std::string& path, const std::string& body) {
-  Person person{avatar::readAvatar(path), nullptr};
-  const std::string name = body.empty() ? person.avatar.body.model : body;
-  person.model = std::make_shared<avatar::BodyModel>(avatar::loadBody(name));
-  if (!definesJointsOf(*person.model, person.avatar.body))
-    throw avatar::FileError(
-        path,
-        "simulcap_body",
-        "its body isn't of the model " + name + "; give --body the model it was made with");
-  return person;
-}
-
 Person digitizedPerson(const CaptureVerbOptions& options, const CommandContext& context) {
-  const auto model = std::make_shared<avatar::BodyModel>(avatar::loadBody(options.body));
+  const auto model = std::make_shared<avatar::BodyModel>(avatar::loadBody(options.person.body));
   DigitizedPerson person = digitized(options.sequence, *model, options.digitize, context);
   nlohmann::json figures = digitizationFigures(person);
-  return {std::move(person.avatar), model, std::move(figures)};
+  Person dressed{std::move(person.avatar), model, std::move(figures)};
+  wearMaterial(dressed.avatar, options.person.material);
+  return dressed;
 }
 
 /// From the avatar's file; without one, digitized, or as an interrupted capture had digitized it.
 Person findPerson(const CaptureVerbOptions& options, const CommandContext& context) {
-  if (!options.avatar.empty())
-    return readAvatarFile(options.avatar, options.body);
   const fs::path output(options.output);
-  if (options.resume && fs::exists(output / "checkpoint.npz"))
-    return readAvatarFile((output / "avatar.glb").string(), options.body);
-  return digitizedPerson(options, context);
-}
-
-Person preparedPerson(const CaptureVerbOptions& options, const CommandContext& context) {
-  Person person = findPerson(options, context);
-  if (options.material.empty())
-    return person;
-  const bullet_ext::ClothMaterial material = bullet_ext::paperMaterial(options.material);
-  for (avatar::Garment& garment : person.avatar.garments) {
-    garment.cloth.stretchStiffness = material.stretchStiffness;
-    garment.cloth.torsionStiffness = material.torsionStiffness;
-    garment.cloth.edgeStretchStiffness.clear();
-    garment.cloth.edgeTorsionStiffness.clear();
-  }
-  return person;
-}
-
-/// `camera` is beside the poses where it isn't given.
-std::optional<KnownPoses> readPoses(const CaptureVerbOptions& options) {
-  if (options.poses.empty())
-    return std::nullopt;
-  const std::string camera = options.camera.empty()
-                                 ? (fs::path(options.poses).parent_path() / "camera.json").string()
-                                 : options.camera;
-  return KnownPoses{avatar::readMotion(options.poses).motion, readCameraFromWorld(camera)};
+  PersonOptions person = options.person;
+  if (person.avatar.empty() && options.resume && fs::exists(output / "checkpoint.npz"))
+    person.avatar = (output / "avatar.glb").string();
+  return person.avatar.empty() ? digitizedPerson(options, context) : readPerson(person);
 }
 
 CaptureOptions captureOptions(const CaptureVerbOptions& options) {
@@ -124,9 +71,9 @@ CaptureOptions captureOptions(const CaptureVerbOptions& options) {
 std::string settingsText(const CaptureVerbOptions& options) {
   return std::string("simulcap ") + kVersion + ", --method " + options.method +
          (options.literal ? ", --literal" : "") + ", --first " +
-         std::to_string(options.range.first) + ", --checkpoint " +
+         std::to_string(options.person.range.first) + ", --checkpoint " +
          std::to_string(options.checkpointInterval) +
-         (options.poses.empty() ? "" : ", --poses " + options.poses);
+         (options.person.poses.empty() ? "" : ", --poses " + options.person.poses);
 }
 
 /// Times of the frames that this run has captured.
@@ -170,14 +117,6 @@ class FrameClock {
   std::vector<int> frames_;  // numbers within the recording
 };
 
-/// Strain, penetration and jitter, as evaluate measures them without a truth.
-nlohmann::json ownFigures(const std::string& folder, const CommandContext& context) {
-  CaptureEvaluation evaluation(folder, {.threads = context.threads});
-  while (evaluation.advance()) {
-  }
-  return evaluation.figures();
-}
-
 void report(const CaptureOutput& output, const TrackedRecording& frames, const Console& console) {
   for (const std::string& warning : frames.warnings())
     console.warn(warning);
@@ -195,61 +134,29 @@ void report(const CaptureOutput& output, const TrackedRecording& frames, const C
 /// What the capture was made with.
 nlohmann::json settingsJson(const CaptureVerbOptions& options) {
   nlohmann::json settings = {
-      {"avatar", options.avatar},
+      {"avatar", options.person.avatar},
       {"method", options.method},
       {"literal", options.literal},
-      {"first_frame", options.range.first}};
+      {"first_frame", options.person.range.first}};
   const auto addGiven = [&](const char* name, const std::string& value) {
     if (!value.empty())
       settings[name] = value;
   };
-  addGiven("body", options.body);
-  addGiven("material", options.material);
-  addGiven("poses", options.poses);
+  addGiven("body", options.person.body);
+  addGiven("material", options.person.material);
+  addGiven("poses", options.person.poses);
   return settings;
 }
 
-void writeCaptureMetrics(
-    const CaptureVerbOptions& options,
-    const Person& person,
-    const CaptureOutput& output,
-    const FrameClock& clock,
-    const CommandContext& context) {
-  nlohmann::json metrics = output.figures().json();
-  metrics.update(ownFigures(options.output, context));
-  if (person.digitization.is_object())
-    metrics.update(person.digitization);
-  metrics["program"] = std::string("simulcap ") + kVersion;
-  metrics["input"] = options.sequence;
-  metrics["method"] = options.method;
-  metrics["frames"] = output.numFrames();
-  metrics["machine"] = {{"cpu", cpuName()}, {"threads", context.threads}};
-  metrics["calibration_gflops"] = calibrationGflops();
-  metrics["timing_ms"] = clock.timing().json();
-  metrics["settings"] = settingsJson(options);
-  avatar::writeFileAtomically(fs::path(options.output) / "timing.csv", clock.csv());
-  const std::string path = (fs::path(options.output) / "metrics.json").string();
-  std::error_code none;
-  fs::remove(path, none);  // figures of another capture
-  mergeMetrics(path, metrics);
-  context.console.result(metrics.dump(1));
-}
-
 void requireConsistent(const CaptureVerbOptions& options) {
-  if (options.avatar.empty() && options.body.empty())
+  if (options.person.avatar.empty() && options.person.body.empty())
     throw UsageError(
         "--avatar: give the person's avatar, or --body default to digitize the recording's turn "
         "first");
-  if (!options.camera.empty() && options.poses.empty())
+  if (!options.person.camera.empty() && options.person.poses.empty())
     throw UsageError("--camera: goes with --poses");
   if (options.literal && options.method != captureMethodNames().front())
     throw UsageError("--literal: goes with --method simulcap");
-}
-
-TrackedRecording openFrames(const CaptureVerbOptions& options, const Person& person) {
-  TrackedPerson tracked{
-      *person.model, person.avatar.body.betas, outerLayer(person.avatar), readPoses(options)};
-  return {options.sequence, std::move(tracked), options.range};
 }
 
 CaptureOutput openOutput(
@@ -282,8 +189,8 @@ std::unique_ptr<CaptureSession> startedSession(
 /// A frame's journey: read, prepared and tracked by `frames`, captured by the session, written.
 void capture(const CaptureVerbOptions& options, const CommandContext& context) {
   requireConsistent(options);
-  const Person person = preparedPerson(options, context);
-  TrackedRecording frames = openFrames(options, person);
+  const Person person = findPerson(options, context);
+  TrackedRecording frames = openFrames(options.sequence, options.person, person);
   CaptureOutput output = openOutput(options, person, frames);
   if (output.resumed())
     frames.resume(output.resumed()->tracking);
@@ -319,32 +226,24 @@ void capture(const CaptureVerbOptions& options, const CommandContext& context) {
     output.checkpointed(frames.state(), session->state());
   output.finish(frames.camera());
   report(output, frames, context.console);
-  writeCaptureMetrics(options, person, output, clock, context);
+  avatar::writeFileAtomically(fs::path(options.output) / "timing.csv", clock.csv());
+  nlohmann::json details = person.digitization;
+  details["settings"] = settingsJson(options);
+  const CaptureMetrics metrics = writeCaptureMetrics(
+      {.folder = options.output,
+       .input = options.sequence,
+       .method = options.method,
+       .model = person.model,
+       .numFrames = output.numFrames(),
+       .figures = output.figures(),
+       .timing = clock.timing(),
+       .details = std::move(details),
+       .threads = context.threads});
+  for (const std::string& note : metrics.notes)
+    context.console.warn(note);
+  context.console.result(metrics.figures.dump(1));
   if (options.report)
     writeReportOf(options.output, options.sequence, context);
-}
-
-void addPoseOptions(CLI::App& verb, CaptureVerbOptions& options) {
-  verb.add_option(
-          "--poses",
-          options.poses,
-          "Known poses, AMASS-style .npz with a frame per frame number of SEQ, instead of tracking")
-      ->type_name("FILE");
-  verb.add_option(
-          "--camera",
-          options.camera,
-          "camera_from_world of the poses' world (default: camera.json beside the poses)")
-      ->type_name("FILE");
-}
-
-void addRangeOptions(CLI::App& verb, CaptureVerbOptions& options) {
-  verb.add_option("--first", options.range.first, "First frame, counted from 0")
-      ->check(CLI::Range(0, 100000000))
-      ->type_name("N")
-      ->capture_default_str();
-  verb.add_option("--frames", options.range.count, "Number of frames (default: all that follow)")
-      ->check(CLI::Range(1, 100000000))
-      ->type_name("N");
 }
 
 }  // namespace
@@ -358,33 +257,19 @@ void addCapture(CLI::App& program, ChosenCommand& chosen) {
           options->sequence,
           "Folder of the recording: depth/, intrinsics.json; or TUM RGB-D")
       ->required();
-  verb->add_option(
-          "--avatar",
-          options->avatar,
-          "The person, dressed (.glb, as dress or digitize makes it); without it, the turn at the "
-          "recording's beginning is digitized first")
-      ->type_name("FILE");
   verb->add_option("-o,--output", options->output, "Folder to write to")->required();
+  addPersonOptions(*verb, options->person);
   verb->add_option(
-          "--body",
-          options->body,
-          "'default' or the body model .npz of the avatar (default: as the avatar says; without "
-          "an avatar it must be given)")
-      ->type_name("BODY");
-  verb->add_option(
-          "--material",
-          options->material,
-          "The paper's cloth for all garments (default: their own)")
-      ->check(CLI::IsMember({"soft", "middle", "hard"}));
-  verb->add_option("--method", options->method, "How garments get from frame to frame")
+          "--method",
+          options->method,
+          "How garments get from frame to frame: simulated and fitted, or as the paper's "
+          "comparators")
       ->check(CLI::IsMember(captureMethodNames()))
       ->capture_default_str();
   verb->add_flag(
       "--literal",
       options->literal,
       "The paper's own numbers: 100 substeps of 1/3000 s of fitting, no filter over time");
-  addPoseOptions(*verb, *options);
-  addRangeOptions(*verb, *options);
   addDigitizeOptions(*verb, options->digitize);
   verb->add_flag(
       "--resume",

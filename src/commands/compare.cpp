@@ -1,5 +1,9 @@
 #include "avatar/io/atomic_file.h"
+#include "avatar/io/file_error.h"
 #include "src/commands/commands.h"
+#include "src/commands/person_input.h"
+#include "src/comparison/capture_comparison_pictures.h"
+#include "src/comparison/capture_comparison_report.h"
 #include "src/comparison/comparison_report.h"
 #include "src/output/image_file.h"
 #include "src/program/console.h"
@@ -11,6 +15,10 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace simulcap {
 namespace {
@@ -18,9 +26,10 @@ namespace {
 constexpr double kPixelsPerUnit = 1.5;  // of compare.png
 
 struct CompareOptions {
-  std::string scene;
+  std::string subject;  ///< a scene, or the folder of a recording
   std::string output;
   ComparisonOptions comparison;
+  PersonOptions person;
 };
 
 void write(const ComparisonReport& report, const std::filesystem::path& folder) {
@@ -31,8 +40,8 @@ void write(const ComparisonReport& report, const std::filesystem::path& folder) 
   avatar::writeFileAtomically(folder / "compare.json", comparisonJson(report));
 }
 
-void compare(const CompareOptions& options, const CommandContext& context) {
-  const Scene scene = readScene(options.scene);
+void compareSolvers(const CompareOptions& options, const CommandContext& context) {
+  const Scene scene = readScene(options.subject);
   const Stage stage = setStage(scene);
   for (const std::string& note : stage.notes)
     context.console.info(note);
@@ -64,7 +73,7 @@ void compare(const CompareOptions& options, const CommandContext& context) {
     }
   }
   report.program = std::string("simulcap ") + kVersion;
-  report.scene = options.scene;
+  report.scene = options.subject;
   report.cpu = cpuName();
   report.threads = context.threads;
   report.calibrationGflops = calibrationGflops();
@@ -76,13 +85,99 @@ void compare(const CompareOptions& options, const CommandContext& context) {
   context.console.result(comparisonTable(report));
 }
 
+void write(const CaptureComparisonReport& report, const std::filesystem::path& folder) {
+  const Drawing drawing = drawn(captureComparisonPlot(report));
+  avatar::writeFileAtomically(folder / "compare.csv", captureComparisonCsv(report));
+  avatar::writeFileAtomically(folder / "compare.svg", svg(drawing));
+  writePng(folder / "compare.png", rasterized(drawing, kPixelsPerUnit));
+  avatar::writeFileAtomically(folder / "compare.json", captureComparisonJson(report));
+}
+
+/// depth_error.png, and hidden_side.png where the truth has a camera behind the person.
+void writePictures(
+    const CompareOptions& options,
+    const Person& person,
+    const std::vector<CaptureMoment>& moments,
+    const CaptureComparisonReport& report,
+    const avatar::Camera& camera) {
+  const std::filesystem::path folder = options.output;
+  const PosedAvatarBody body(person.avatar.body, person.model);
+  const auto sheetOf = [&](const std::vector<CaptureMoment>& of, const avatar::Camera& by) {
+    std::vector<PicturedCapture> captures;
+    for (const TrialResult& trial : report.trials) {
+      if (trial.series == report.trials.front().series)
+        captures.push_back(readPicturedCapture(folder / trial.name, of, body));
+    }
+    return composed(depthErrorSheet(person.avatar, captures, by));
+  };
+  writePng(folder / "depth_error.png", sheetOf(moments, camera));
+  if (const std::optional<BackView> back = readBackView(options.subject, moments, camera))
+    writePng(folder / "hidden_side.png", sheetOf(back->moments, back->camera));
+}
+
+void compareCaptures(const CompareOptions& options, const CommandContext& context) {
+  if (options.person.avatar.empty())
+    throw UsageError("--avatar: say who is dressed how in " + options.subject);
+  const Person person = readPerson(options.person);
+  TrackedRecording frames = openFrames(options.subject, options.person, person);
+  CaptureComparison comparison(
+      {.avatar = person.avatar,
+       .model = person.model,
+       .sequence = options.subject,
+       .folder = options.output,
+       .framesPerSecond = frames.info().framesPerSecond,
+       .numFrames = frames.numFrames(),
+       .threads = context.threads},
+      captureTrials(options.comparison.quick));
+  MomentChoice moments(options.subject, frames.numFrames());
+  CaptureComparisonReport report;
+  {
+    Progress progress(
+        context.console, "capturing", static_cast<long>(frames.numFrames()), "frames");
+    for (std::optional<TrackedFrame> frame = frames.next(); frame;
+         frame = frames.next(std::move(*frame))) {
+      comparison.add(*frame, frames.camera());
+      moments.add(*frame);
+      ++report.frames;
+      progress.advance();
+    }
+  }
+  if (report.frames == 0)
+    throw avatar::FileError(options.subject, "", "nobody was found in any frame");
+  report.trials = comparison.finish(frames.camera());
+  for (const std::string& note : comparison.notes())
+    context.console.warn(note);
+  report.program = std::string("simulcap ") + kVersion;
+  report.sequence = options.subject;
+  report.avatar = options.person.avatar;
+  report.cpu = cpuName();
+  report.threads = context.threads;
+  report.calibrationGflops = calibrationGflops();
+  write(report, options.output);
+  writePictures(options, person, moments.chosen(), report, frames.camera());
+  context.console.result(captureComparisonTable(report));
+}
+
+void compare(const CompareOptions& options, const CommandContext& context) {
+  if (std::filesystem::is_directory(options.subject))
+    compareCaptures(options, context);
+  else
+    compareSolvers(options, context);
+}
+
 }  // namespace
 
 void addCompare(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb = program.add_subcommand(
-      "compare", "Error against run time of cloth solvers, Bullet's own among them, on a scene");
+      "compare",
+      "Error against run time: of cloth solvers, Bullet's own among them, on a scene; of ways to "
+      "capture, the paper's comparators among them, on a recording");
   const auto options = std::make_shared<CompareOptions>();
-  verb->add_option("SCENE", options->scene, "Scene file (.json, see scenes/README.md)")->required();
+  verb->add_option(
+          "SCENE",
+          options->subject,
+          "Scene file (.json, see scenes/README.md), or the folder of a recording, with --avatar")
+      ->required();
   verb->add_option("-o,--output", options->output, "Folder to write to")->required();
   verb->add_option(
           "--seconds",
@@ -92,7 +187,10 @@ void addCompare(CLI::App& program, ChosenCommand& chosen) {
       ->check(CLI::Range(0.01, 60.0))
       ->type_name("S");
   verb->add_flag(
-      "--quick", options->comparison.quick, "Few and cheap settings and a coarser truth");
+      "--quick",
+      options->comparison.quick,
+      "Scene: few and cheap settings and a coarser truth; recording: methods alone");
+  addPersonOptions(*verb, options->person);
   verb->callback([options, &chosen] {
     chosen = [options](const CommandContext& context) { compare(*options, context); };
   });

@@ -43,12 +43,11 @@ bool isRigid(const Eigen::Matrix4d& matrix) {
 
 }  // namespace
 
-Eigen::Isometry3d readCameraFromWorld(const std::string& path) {
-  const char* const kKey = "camera_from_world";
-  const nlohmann::json document = readJson(path, "a camera with \"camera_from_world\"");
-  const auto rows = document.find(kKey);
+Eigen::Isometry3d readCameraFromWorld(const std::string& path, const std::string& key) {
+  const nlohmann::json document = readJson(path, "a camera with \"" + key + "\"");
+  const auto rows = document.find(key);
   if (rows == document.end() || !isMatrix(*rows))
-    throw avatar::FileError(path, kKey, "expected four rows of four numbers");
+    throw avatar::FileError(path, key, "expected four rows of four numbers");
   Eigen::Isometry3d camera;
   for (std::size_t row = 0; row < 4; ++row)
     for (std::size_t column = 0; column < 4; ++column)
@@ -56,7 +55,7 @@ Eigen::Isometry3d readCameraFromWorld(const std::string& path) {
           (*rows)[row][column].get<double>();
   if (!isRigid(camera.matrix()))
     throw avatar::FileError(
-        path, kKey, "expected a rotation and a translation [m] in rows, 0 0 0 1 in the last");
+        path, key, "expected a rotation and a translation [m] in rows, 0 0 0 1 in the last");
   return camera;
 }
 

@@ -33,16 +33,18 @@ const avatar::Garment& garmentOf(
       "missing, or of another mesh than in performance.npz: they are not of one capture");
 }
 
-/// The body model that an avatar names, when it can be had.
+/// The body model that an avatar names; null, and why, when it can't be had.
 std::shared_ptr<const avatar::BodyModel> modelOf(
-    const avatar::AvatarBody& body, std::vector<std::string>& notes) {
+    const avatar::AvatarBody& body, std::string& problem) {
   try {
-    return std::make_shared<avatar::BodyModel>(avatar::loadBody(body.model));
+    auto model = std::make_shared<avatar::BodyModel>(avatar::loadBody(body.model));
+    if (definesJointsOf(*model, body))
+      return model;
+    problem = body.model + " isn't the model that the body was made with";
   } catch (const avatar::FileError& error) {
-    notes.push_back(
-        std::string("the avatar's body is posed without pose blend shapes: ") + error.what());
-    return nullptr;
+    problem = error.what();
   }
+  return nullptr;
 }
 
 /// The body model of the truth: as given, as the truth says, or the avatar's own where it fits.
@@ -79,7 +81,9 @@ CaptureEvaluation::CaptureEvaluation(const std::string& folder, const Evaluation
     edgeStrains_.emplace_back(garments_.back()->mesh);
   }
   jitters_.resize(garments_.size());
-  body_.emplace(avatar_.body, modelOf(avatar_.body, notes_));
+  body_.emplace(
+      avatar_.body,
+      options.captureModel ? options.captureModel : modelOf(avatar_.body, missingModel_));
   penetration_.emplace(avatar_.body.mesh);
   if (options.truthFolder.empty())
     return;
@@ -138,6 +142,7 @@ bool CaptureEvaluation::advance() {
   const std::optional<PerformanceFrame> frame = performance_.next();
   if (!frame)
     return false;
+  ++framesMeasured_;
   const CapturedFrame captured = this->captured(*frame);
   penetration_->moveBody(captured.body);
   for (std::size_t i = 0; i < garments_.size(); ++i) {
@@ -183,6 +188,10 @@ nlohmann::json CaptureEvaluation::figures() const {
 
 std::vector<std::string> CaptureEvaluation::notes() const {
   std::vector<std::string> notes = notes_;
+  if (!missingModel_.empty())
+    notes.push_back(
+        std::to_string(framesMeasured_) +
+        " frames have the avatar's body without pose blend shapes: " + missingModel_);
   if (comparison_)
     notes.insert(notes.end(), comparison_->notes().begin(), comparison_->notes().end());
   if (framesWithoutTruth_ > 0)

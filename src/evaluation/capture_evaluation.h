@@ -22,6 +22,8 @@ struct EvaluationOptions {
   std::string truthFolder;  ///< SEQ/gt; empty: only what the output says of itself
   std::string bodyModel;    ///< "default" or a file: the truth's model; empty: as the files say
   int threads = 1;          ///< ≥ 1; never changes a figure
+  /// Of the captured body; null: as its avatar says.
+  std::shared_ptr<const avatar::BodyModel> captureModel = nullptr;
 };
 
 /// Figures of a captured performance: OUT/performance.npz with OUT/avatar.glb and OUT/camera.json,
@@ -62,6 +64,8 @@ class CaptureEvaluation {
   std::optional<Penetration> penetration_;
   std::vector<Jitter> jitters_;
   Eigen::Matrix3Xd lastJoints_;
+  std::string missingModel_;  // why poses lack their blend shapes; empty: they don't
+  long framesMeasured_ = 0;
   long framesWithoutTruth_ = 0;
 };
 

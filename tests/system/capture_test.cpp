@@ -1,3 +1,4 @@
+#include "src/output/image_file.h"
 #include "tests/system/run_program.h"
 
 #include <gtest/gtest.h>
@@ -88,6 +89,50 @@ TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
           .exitCode,
       0);
   expectSameGeometry(folder, "whole", "cut");
+}
+
+/// Two frames by every method: whole, and measured.
+TEST(Capture, EveryMethodCapturesASequence) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "scene.json", kScene);
+  ASSERT_EQ(runProgram({"synth", folder / "scene.json", "-o", folder / "seq"}).exitCode, 0);
+  for (const char* method : {"skinning", "direct-fit", "nonrigid-icp", "single-surface"}) {
+    const ProgramRun run = runProgram(captureArguments(
+        folder,
+        method,
+        {"--method", method, "--frames", "2", "--poses", folder / "seq/gt/body.npz"}));
+    ASSERT_EQ(run.exitCode, 0) << method << run.err;
+    const nlohmann::json metrics =
+        nlohmann::json::parse(fileBytes(folder / (std::string(method) + "/metrics.json")));
+    EXPECT_EQ(metrics.at("method"), method);
+    const double before = metrics.at("depth_error_before_fit_mm").at("mean");
+    const double after = metrics.at("depth_error_mm").at("mean");
+    if (std::string(method) == "skinning")
+      EXPECT_EQ(after, before);
+    else
+      EXPECT_LT(after, before) << method;
+  }
+}
+
+/// A room without a person is an error that leaves no half of a performance behind.
+TEST(Capture, OfNobodyLeavesNothingHalfWritten) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "seq/depth");
+  writeBytes(
+      folder / "seq/intrinsics.json",
+      R"({"width":160,"height":120,"fx":131,"fy":131,"cx":79.5,"cy":59.5,"depth_scale":1000,"fps":30})");
+  for (const char* name : {"000000.png", "000001.png"})
+    writeBytes(
+        folder / (std::string("seq/depth/") + name),
+        pngBytes(160, 120, std::vector<std::uint16_t>(160 * 120, 3000)));
+  const ProgramRun dressed = runProgram(
+      {"dress", "default", "--wear", "shorts", "--edge-length", "0.05", "-o", folder / "a.glb"});
+  ASSERT_EQ(dressed.exitCode, 0) << dressed.err;
+  const ProgramRun run =
+      runProgram({"capture", folder / "seq", "--avatar", folder / "a.glb", "-o", folder / "out"});
+  EXPECT_EQ(run.exitCode, 1);
+  EXPECT_NE(run.err.find("nobody was found"), std::string::npos) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/performance.npz.parts"));
 }
 
 TEST(Capture, NamesWhatIsWrong) {

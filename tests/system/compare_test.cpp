@@ -155,5 +155,51 @@ TEST(Compare, RefusesASceneWithoutCloth) {
   EXPECT_NE(scene.run.err.find("garments"), std::string::npos) << scene.run.err;
 }
 
+/// Two frames of a small capture with its truth, by all methods.
+TEST(Compare, CapturesARecordingByEveryMethod) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "scene.json", R"({
+    "time": {"frames": 2},
+    "body": {"motion": "walk_in_place"},
+    "garments": [{"name": "upper", "wear": {"cut": "tshirt", "edge_length": 0.05}}],
+    "camera": {"position": [0, 1.1, 2.4], "look_at": [0, 0.93, 0],
+               "width": 160, "height": 120, "fx": 131.25},
+    "truth": {"settle_seconds": 0.2}
+  })");
+  ASSERT_EQ(runProgram({"synth", folder / "scene.json", "-o", folder / "seq"}).exitCode, 0);
+  EXPECT_EQ(runProgram({"compare", folder / "seq", "-o", folder / "out"}).exitCode, 2);
+  const ProgramRun run = runProgram(
+      {"compare",
+       folder / "seq",
+       "--avatar",
+       folder / "seq/avatar.glb",
+       "--poses",
+       folder / "seq/gt/body.npz",
+       "--quick",
+       "-o",
+       folder / "out"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const nlohmann::json json = nlohmann::json::parse(fileBytes(folder / "out/compare.json"));
+  std::set<std::string> solvers;
+  for (const auto& trial : json.at("runs")) {
+    solvers.insert(trial.at("solver").get<std::string>());
+    EXPECT_GT(trial.at("ground_truth").at("garment_visible_mm").at("median"), 0.0);
+    EXPECT_NE(run.out.find(trial.at("solver").get<std::string>()), std::string::npos);
+  }
+  const std::set<std::string> all = {
+      "direct-fit",
+      "literal",
+      "nonrigid-icp",
+      "simulate-only",
+      "simulcap",
+      "single-surface",
+      "skinning",
+      "unblended"};
+  EXPECT_EQ(solvers, all);
+  for (const char* picture : {"compare.png", "depth_error.png", "hidden_side.png"})
+    EXPECT_EQ(fileBytes(folder / (std::string("out/") + picture)).substr(1, 3), "PNG") << picture;
+  EXPECT_NE(fileBytes(folder / "out/simulcap/performance.npz"), "");
+}
+
 }  // namespace
 }  // namespace simulcap

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "avatar/body_model.h"
+#include "avatar/layered_avatar.h"
+#include "src/capture/tracked_recording.h"
+
+#include <nlohmann/json.hpp>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace CLI {  // NOLINT(readability-identifier-naming)
+class App;
+}
+
+namespace simulcap {
+
+/// Who is captured, as it was asked for.
+struct PersonOptions {
+  std::string avatar;    ///< --avatar
+  std::string body;      ///< --body; empty: as the avatar says
+  std::string material;  ///< --material; empty: the garments' own
+  std::string poses;     ///< --poses; empty: tracked
+  std::string camera;    ///< --camera; empty: beside the poses
+  FrameRange range;      ///< --first, --frames
+};
+
+void addPersonOptions(CLI::App& verb, PersonOptions& options);
+
+struct Person {
+  avatar::LayeredAvatar avatar;
+  std::shared_ptr<const avatar::BodyModel> model;
+  /// Figures, when the avatar was made of the recording's turn.
+  nlohmann::json digitization = nlohmann::json::object();
+};
+
+/// All garments become the paper's cloth of that name; "": they stay as they are.
+void wearMaterial(avatar::LayeredAvatar& avatar, const std::string& material);
+
+/// Throws UsageError for options that don't go together, avatar::FileError.
+Person readPerson(const PersonOptions& options);
+
+/// The person's frames in a recording. Keeps a reference to the person's model. Throws
+/// avatar::FileError.
+TrackedRecording openFrames(
+    const std::string& sequence, const PersonOptions& options, const Person& person);
+
+}  // namespace simulcap
