@@ -15,6 +15,7 @@
 namespace simulcap {
 namespace {
 
+constexpr double kPaperRate = 30.0;        // frames per second that momentum is counted by
 constexpr double kDressingRate = 30.0;     // frames per second of dressing
 constexpr double kDressingMomentum = 0.8;  // that is left after each of them
 constexpr double kStabilitySafety = 0.6;
@@ -102,6 +103,10 @@ const std::vector<std::string>& captureMethodNames() {
 
 CaptureOptions CaptureOptions::literal() {
   CaptureOptions options;
+  options.pullAlongNormals = false;
+  options.strainLimit.reset();
+  options.hiddenMomentum = 1.0;
+  options.fittedMomentum = 1.0;
   options.fitRounds = 10;
   options.fitIterations = 10;
   options.fitSubstep = 1.0 / 3000.0;
@@ -119,6 +124,11 @@ void CaptureOptions::validate() const {
   require(fitIterations >= 1 && fitIterations <= 1000, "fitIterations must be within [1, 1000]");
   require(fitSubstep >= 1e-5 && fitSubstep <= 1e-2, "fitSubstep must be within [1e-5, 1e-2] s");
   require(
+      !strainLimit || (*strainLimit >= 0.001 && *strainLimit <= 10.0),
+      "strainLimit must be within [0.001, 10]");
+  require(hiddenMomentum >= 0.0 && hiddenMomentum <= 1.0, "hiddenMomentum must be within [0, 1]");
+  require(fittedMomentum >= 0.0 && fittedMomentum <= 1.0, "fittedMomentum must be within [0, 1]");
+  require(
       dressingSeconds >= 0.0 && dressingSeconds <= 10.0, "dressingSeconds must be within [0, 10]");
   view.validate();
   targets.validate();
@@ -135,6 +145,7 @@ struct CaptureSession::Layer {
   avatar::SurfaceAttachment pins;  // empty without pins
   Eigen::Matrix3Xd vertices;       // 3 × N [m], as last read from the world
   Eigen::Matrix3Xd reference;      // 3 × N [m], as it follows the body
+  Eigen::Matrix3Xd followed;  // 3 × N [m], the same of the last frame; 3 × 0 before the first
 };
 
 CaptureSession::CaptureSession(
@@ -158,6 +169,7 @@ CaptureSession::CaptureSession(
          SteadyTargets(garment.mesh.numVertices(), options.steadiness),
          attachedPins(garment),
          {},
+         {},
          {}});
   setup_ = captureSetup(threads);
   try {
@@ -167,6 +179,7 @@ CaptureSession::CaptureSession(
   }
   if (isWarped(options.method)) {
     std::vector<PixelLabel> labels;
+    labels.reserve(layers_.size());
     for (const Layer& layer : layers_)
       labels.push_back(layer.label);
     const WarpedParts parts = options.method == CaptureMethod::kNonrigidIcp
@@ -189,6 +202,8 @@ bullet_ext::CaptureSetup CaptureSession::captureSetup(int threads) const {
   setup.bodyFaces = person_.model.faces;
   setup.numBodyVertices = person_.model.numVertices();
   setup.garmentContact = options_.garmentContact && layers_.size() > 1;
+  if (options_.strainLimit)
+    setup.strainLimit = bullet_ext::StrainLimitOptions{.limit = *options_.strainLimit};
   setup.simulation.stepper.threads = threads;
   return setup;
 }
@@ -210,6 +225,8 @@ CaptureResult CaptureSession::processFrame(const ObservedFrame& frame) {
   const bool fitted = isFitted(options_.method) && frame.body.status != TrackingStatus::kLost;
   const std::vector<GarmentTargets> targets =
       fitted ? fit(frame, views) : std::vector<GarmentTargets>(layers_.size());
+  if (isSimulated(options_.method))
+    calm(frame, targets);
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     CapturedGarment& garment = result.garments[i];
     garment.vertices = layers_[i].vertices;
@@ -375,6 +392,10 @@ std::vector<GarmentTargets> CaptureSession::fitPhysically(
   for (int round = 0; round < options_.fitRounds; ++round) {
     for (std::size_t i = 0; i < layers_.size(); ++i)
       layers_[i].steady.steady(targets[i], layers_[i].reference, camera_);
+    if (options_.pullAlongNormals) {
+      for (std::size_t i = 0; i < layers_.size(); ++i)
+        targets[i] = alongNormals(targets[i], {layers_[i].vertices, layers_[i].garment.mesh.faces});
+    }
     pull(targets);
     targets = findTargets(views, frame.cloud);
   }
@@ -383,12 +404,33 @@ std::vector<GarmentTargets> CaptureSession::fitPhysically(
   return targets;
 }
 
+/// Takes momentum relative to the body.
+void CaptureSession::calm(const ObservedFrame& frame, const std::vector<GarmentTargets>& targets) {
+  const double frames = kPaperRate * frame.duration;
+  const double hidden = std::pow(options_.hiddenMomentum, frames);
+  const double fitted = std::pow(options_.fittedMomentum, frames);
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    Layer& layer = layers_[static_cast<std::size_t>(i)];
+    const Eigen::Matrix3Xd followed = skinned(i, frame.body.pose);
+    if (layer.followed.cols() > 0 && (hidden < 1.0 || fitted < 1.0)) {
+      Eigen::RowVectorXd kept = Eigen::RowVectorXd::Constant(followed.cols(), hidden);
+      for (const bullet_ext::DepthTarget& target : targets[static_cast<std::size_t>(i)].targets)
+        kept[target.vertex] += static_cast<double>(target.blend) * (fitted - hidden);
+      const Eigen::Matrix3Xd body = (followed - layer.followed) / frame.duration;
+      const Eigen::Matrix3Xd own = world_->velocities(i) - body;
+      world_->setState(i, world_->vertices(i), body + own * kept.asDiagonal());
+    }
+    layer.followed = followed;
+  }
+}
+
 CaptureState CaptureSession::state() const {
   CaptureState state{.bodyVertices = bodyVertices_};
   for (int i = 0; i < world_->numGarments(); ++i)
     state.garments.push_back(
         {world_->vertices(i),
          world_->velocities(i),
+         layers_[static_cast<std::size_t>(i)].followed,
          layers_[static_cast<std::size_t>(i)].steady.state()});
   if (warped_)
     state.warps = warped_->state();
@@ -409,6 +451,7 @@ void CaptureSession::restore(const CaptureState& state) {
   for (int i = 0; i < world_->numGarments(); ++i) {
     const CaptureState::Garment& garment = state.garments[static_cast<std::size_t>(i)];
     world_->setState(i, garment.positions, garment.velocities);
+    layers_[static_cast<std::size_t>(i)].followed = garment.followed;
     layers_[static_cast<std::size_t>(i)].steady.restore(garment.offsets);
   }
 }

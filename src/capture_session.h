@@ -19,6 +19,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,12 +49,23 @@ struct CaptureOptions {
   DepthTargetOptions targets;
   SteadyTargetOptions steadiness;
   bullet_ext::DepthForceOptions force;
-  DirectFitOptions direct;       ///< for kDirectFit, in fitRounds rounds
-  WarpOptions warp;              ///< for kNonrigidIcp and kSingleSurface
+  DirectFitOptions direct;  ///< for kDirectFit, in fitRounds rounds
+  WarpOptions warp;         ///< for kNonrigidIcp and kSingleSurface
+  /// Part of a garment's momentum relative to the body that is left after 1/30 s, where it isn't
+  /// seen and where it is fitted fully, 0 … 1. A fit strains cloth, which would throw itself back
+  /// in the next frame, and be fitted again: frame by frame it gets energy from nowhere. Air takes
+  /// more of a swinging cloth's momentum than the paper's damping of 0.1/s as well.
+  double hiddenMomentum = 0.9;
+  double fittedMomentum = 0.2;
+  bool pullAlongNormals = true;  ///< else along the rays, as in the paper
+  /// By which part of their length edges may be longer than at rest, 0.001 … 10; none: as their
+  /// springs let them. Provot's 10 %, whose scheme the paper extends.
+  std::optional<double> strainLimit = 0.1;
   bool garmentContact = true;    ///< garments don't pass through each other
   double dressingSeconds = 1.0;  ///< simulated from the A-pose to the first pose, 0 … 10
 
-  /// SimulCap's own: 100 + 100 substeps, eq. (3) as printed, clamped; no filter over time.
+  /// SimulCap's own: 100 + 100 substeps, eq. (3) as printed, clamped, along the rays; no filter
+  /// over time, no strain limit, all momentum kept.
   static CaptureOptions literal();
 
   /// Throws std::invalid_argument that names the field outside its range.
@@ -95,6 +107,7 @@ struct CaptureState {
   struct Garment {
     Eigen::Matrix3Xd positions;   ///< 3 × N [m]
     Eigen::Matrix3Xd velocities;  ///< 3 × N [m/s]
+    Eigen::Matrix3Xd followed;    ///< 3 × N [m]: where the joints alone would have it
     Eigen::VectorXf offsets;      ///< N: SteadyTargets::state()
   };
 
@@ -142,6 +155,7 @@ class CaptureSession {
   void dress(const avatar::BodyPose& pose);
   bool simulate(const Eigen::Matrix3Xd& body, double duration);
   void follow(const avatar::BodyPose& pose);
+  void calm(const ObservedFrame& frame, const std::vector<GarmentTargets>& targets);
   void takeWarped();
   bool moveGarments(const ObservedFrame& frame, const Eigen::Matrix3Xd& body);
   std::vector<GarmentView> view(const Eigen::Matrix3Xd& body);

@@ -126,6 +126,7 @@ void EmbeddedDeformation::bindVertices(const Eigen::Matrix3Xd& vertices) {
     if (hasReach)
       near.pop_back();
     std::vector<Carrier> carriers;
+    carriers.reserve(near.size());
     double sum = 0.0;
     for (const NearNode& node : near) {
       const double share = 1.0 - std::sqrt(node.squaredDistance) / std::max(reach, 1e-12);

@@ -74,6 +74,7 @@ void addCloth(const CaptureState& cloth, NpzArrays& arrays) {
     const CaptureState::Garment& garment = cloth.garments[i];
     arrays[garmentKey(i, "positions")] = NpyArray::fromMatrix(garment.positions);
     arrays[garmentKey(i, "velocities")] = NpyArray::fromMatrix(garment.velocities);
+    arrays[garmentKey(i, "followed")] = NpyArray::fromMatrix(garment.followed);
     arrays[garmentKey(i, "offsets")] = NpyArray::fromMatrix(garment.offsets.cast<double>());
   }
   for (std::size_t i = 0; i < cloth.warps.size(); ++i)
@@ -86,6 +87,7 @@ CaptureState clothOf(const NpzArrays& arrays) {
     cloth.garments.push_back(
         {pointsOf(arrays.at(garmentKey(i, "positions"))),
          pointsOf(arrays.at(garmentKey(i, "velocities"))),
+         pointsOf(arrays.at(garmentKey(i, "followed"))),
          arrays.at(garmentKey(i, "offsets")).asMatrix().cast<float>()});
   for (std::size_t i = 0; arrays.count("warp_" + std::to_string(i)) > 0; ++i)
     cloth.warps.push_back(arrays.at("warp_" + std::to_string(i)).asMatrix());

@@ -75,20 +75,20 @@ avatar::ColorImage overlaid(
   return picture;
 }
 
-/// `error` [m]: measured less captured depth.
+/// `error`: measured less captured depth; 1: coloured fully.
 Eigen::Vector3d errorColor(double error) {
-  constexpr double kFull = 0.02;  // [m]
-  const double share = std::min(1.0, std::abs(error) / kFull);
-  const Eigen::Vector3d full =
+  const double share = std::min(1.0, std::abs(error));
+  const Eigen::Vector3d color =
       error > 0.0 ? Eigen::Vector3d(0.85, 0.1, 0.1) : Eigen::Vector3d(0.1, 0.25, 0.9);
-  return (1.0 - share) * Eigen::Vector3d(0.95, 0.95, 0.95) + share * full;
+  return (1.0 - share) * Eigen::Vector3d(0.95, 0.95, 0.95) + share * color;
 }
 
 Eigen::Matrix3Xd errorColors(
     const Eigen::Matrix3Xd& vertices,
     const std::vector<float>& depth,
-    const avatar::Camera& camera) {
-  constexpr double kGate = 0.1;  // farther away it is something else that was measured [m]
+    const avatar::Camera& camera,
+    double full) {
+  const double gate = 5.0 * full;  // farther away it is something else that was measured [m]
   Eigen::Matrix3Xd colors = kUnmeasured.replicate(1, vertices.cols());
   for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
     const Eigen::Vector3d pixel = avatar::project(camera, vertices.col(v));
@@ -99,8 +99,8 @@ Eigen::Matrix3Xd errorColors(
     const auto index = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
                        static_cast<std::size_t>(x);
     const auto measured = static_cast<double>(depth[index]);
-    if (measured > 0.0 && std::abs(measured - pixel.z()) < kGate)
-      colors.col(v) = errorColor(measured - pixel.z());
+    if (measured > 0.0 && std::abs(measured - pixel.z()) < gate)
+      colors.col(v) = errorColor((measured - pixel.z()) / full);
   }
   return colors;
 }
@@ -179,10 +179,11 @@ avatar::ColorImage depthErrorPicture(
     const avatar::LayeredAvatar& avatar,
     const CaptureMoment& moment,
     const avatar::Camera& camera,
-    const avatar::Camera& panel) {
+    const avatar::Camera& panel,
+    double full) {
   std::vector<Eigen::Matrix3Xd> colors;
   for (const Eigen::Matrix3Xd& garment : moment.garments)
-    colors.push_back(errorColors(garment, moment.depth, camera));
+    colors.push_back(errorColors(garment, moment.depth, camera, full));
   std::vector<avatar::ShadedMesh> meshes = {
       {.mesh = {moment.body, avatar.body.mesh.faces}, .color = kUnmeasured}};
   for (std::size_t i = 0; i < colors.size(); ++i)

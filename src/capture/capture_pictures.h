@@ -39,13 +39,14 @@ ContactSheet captureSheet(
 std::vector<avatar::Camera> panelCameras(
     const std::vector<CaptureMoment>& moments, const avatar::Camera& camera);
 
-/// How far the garments are from the moment's depth, coloured as in captureSheet(). `camera`: that
-/// measured it; `panel`: that it is seen with.
+/// How far the garments are from the moment's depth, coloured as in captureSheet(), but fully at
+/// `full` [m]. `camera`: that measured it; `panel`: that it is seen with.
 avatar::ColorImage depthErrorPicture(
     const avatar::LayeredAvatar& avatar,
     const CaptureMoment& moment,
     const avatar::Camera& camera,
-    const avatar::Camera& panel);
+    const avatar::Camera& panel,
+    double full = 0.02);
 
 /// The moment's depth as grey, where it is within 0.15 m of what was captured.
 avatar::ColorImage measuredPicture(

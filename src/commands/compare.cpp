@@ -24,6 +24,9 @@ namespace simulcap {
 namespace {
 
 constexpr double kPixelsPerUnit = 1.5;  // of compare.png
+// Distances that the pictures of captures colour fully [m].
+constexpr double kFullError = 0.02;
+constexpr double kFullHiddenError = 0.06;
 
 struct CompareOptions {
   std::string subject;  ///< a scene, or the folder of a recording
@@ -102,17 +105,18 @@ void writePictures(
     const avatar::Camera& camera) {
   const std::filesystem::path folder = options.output;
   const PosedAvatarBody body(person.avatar.body, person.model);
-  const auto sheetOf = [&](const std::vector<CaptureMoment>& of, const avatar::Camera& by) {
-    std::vector<PicturedCapture> captures;
-    for (const TrialResult& trial : report.trials) {
-      if (trial.series == report.trials.front().series)
-        captures.push_back(readPicturedCapture(folder / trial.name, of, body));
-    }
-    return composed(depthErrorSheet(person.avatar, captures, by));
-  };
-  writePng(folder / "depth_error.png", sheetOf(moments, camera));
+  const auto sheetOf =
+      [&](const std::vector<CaptureMoment>& of, const avatar::Camera& by, double full) {
+        std::vector<PicturedCapture> captures;
+        for (const TrialResult& trial : report.trials) {
+          if (trial.series == report.trials.front().series)
+            captures.push_back(readPicturedCapture(folder / trial.name, of, body));
+        }
+        return composed(depthErrorSheet(person.avatar, captures, by, full));
+      };
+  writePng(folder / "depth_error.png", sheetOf(moments, camera, kFullError));
   if (const std::optional<BackView> back = readBackView(options.subject, moments, camera))
-    writePng(folder / "hidden_side.png", sheetOf(back->moments, back->camera));
+    writePng(folder / "hidden_side.png", sheetOf(back->moments, back->camera, kFullHiddenError));
 }
 
 void compareCaptures(const CompareOptions& options, const CommandContext& context) {

@@ -3,6 +3,7 @@
 #include "src/capture/capture_metrics.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace simulcap {
@@ -40,6 +41,7 @@ void addSubsteps(std::vector<CaptureTrial>& trials) {
 std::vector<CaptureTrial> captureTrials(bool quick) {
   std::vector<CaptureTrial> trials;
   const std::vector<std::string>& names = captureMethodNames();
+  trials.reserve(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     CaptureOptions options;
     options.method = static_cast<CaptureMethod>(i);
@@ -58,6 +60,16 @@ std::vector<CaptureTrial> captureTrials(bool quick) {
 }
 
 struct CaptureComparison::Run {
+  Run(CaptureTrial what, const CaptureComparisonSetup& setup)
+      : trial(std::move(what)),
+        output(
+            setup.folder / trial.name,
+            {.avatar = setup.avatar,
+             .model = setup.model,
+             .settings = "a trial of a comparison: " + trial.name,
+             .framesPerSecond = setup.framesPerSecond,
+             .numFrames = setup.numFrames}) {}
+
   CaptureTrial trial;
   CaptureOutput output;
   std::unique_ptr<CaptureSession> session;  // null before the first frame
@@ -67,18 +79,9 @@ struct CaptureComparison::Run {
 CaptureComparison::CaptureComparison(
     CaptureComparisonSetup setup, const std::vector<CaptureTrial>& trials)
     : setup_(std::move(setup)) {
+  runs_.reserve(trials.size());
   for (const CaptureTrial& trial : trials)
-    runs_.push_back(std::unique_ptr<Run>(new Run{
-        trial,
-        CaptureOutput(
-            setup_.folder / trial.name,
-            {.avatar = setup_.avatar,
-             .model = setup_.model,
-             .settings = "a trial of a comparison: " + trial.name,
-             .framesPerSecond = setup_.framesPerSecond,
-             .numFrames = setup_.numFrames}),
-        nullptr,
-        {}}));
+    runs_.push_back(std::make_unique<Run>(trial, setup_));
 }
 
 CaptureComparison::~CaptureComparison() = default;
@@ -108,6 +111,7 @@ std::vector<TrialResult> CaptureComparison::finish(const avatar::Camera& camera)
   const std::filesystem::path truth = std::filesystem::path(setup_.sequence) / "gt";
   const std::string truthFolder = std::filesystem::exists(truth) ? truth.string() : "";
   std::vector<TrialResult> results;
+  results.reserve(runs_.size());
   for (const auto& run : runs_) {
     run->session.reset();
     run->output.finish(camera);

@@ -23,8 +23,11 @@ fs::path backDepthPath(const fs::path& sequence, int frame) {
 std::vector<float> readDepth(
     const fs::path& path, const avatar::Camera& camera, double unitsPerMetre) {
   try {
+    const std::vector<std::uint16_t> values =
+        readDepthPicture(path.string(), {camera.width, camera.height});
     std::vector<float> depth;
-    for (const std::uint16_t raw : readDepthPicture(path.string(), {camera.width, camera.height}))
+    depth.reserve(values.size());
+    for (const std::uint16_t raw : values)
       depth.push_back(static_cast<float>(raw / unitsPerMetre));
     return depth;
   } catch (const PictureProblem& problem) {
@@ -67,7 +70,8 @@ PicturedCapture readPicturedCapture(
 ContactSheet depthErrorSheet(
     const avatar::LayeredAvatar& avatar,
     const std::vector<PicturedCapture>& captures,
-    const avatar::Camera& camera) {
+    const avatar::Camera& camera,
+    double full) {
   const std::vector<CaptureMoment>& first = captures.at(0).moments;
   const std::vector<avatar::Camera> panels = panelCameras(first, camera);
   ContactSheet sheet;
@@ -79,7 +83,8 @@ ContactSheet depthErrorSheet(
   for (const PicturedCapture& capture : captures) {
     sheet.rowLabels.push_back(capture.name);
     for (std::size_t i = 0; i < capture.moments.size(); ++i)
-      sheet.panels.push_back(depthErrorPicture(avatar, capture.moments[i], camera, panels[i]));
+      sheet.panels.push_back(
+          depthErrorPicture(avatar, capture.moments[i], camera, panels[i], full));
   }
   return sheet;
 }

@@ -45,12 +45,13 @@ PicturedCapture readPicturedCapture(
     const PosedAvatarBody& body);
 
 /// Moments from left to right. On top what the camera measured, below how far each capture's
-/// garments are from it, as in captureSheet(). The paper's figure 11 for the camera of the
-/// recording, figure 10 for one that no capture used.
+/// garments are from it, as in captureSheet(), coloured fully at `full` [m]. The paper's figure 11
+/// for the camera of the recording, figure 10 for one that no capture used.
 ContactSheet depthErrorSheet(
     const avatar::LayeredAvatar& avatar,
     const std::vector<PicturedCapture>& captures,
-    const avatar::Camera& camera);
+    const avatar::Camera& camera,
+    double full);
 
 /// A second camera of the truth, which sees the hidden side.
 struct BackView {

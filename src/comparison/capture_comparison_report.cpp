@@ -126,6 +126,7 @@ std::string captureComparisonTable(const CaptureComparisonReport& report) {
     rows.front().emplace_back(column.title);
   for (const TrialResult& trial : report.trials) {
     std::vector<std::string> row = {trial.name};
+    row.reserve(kColumns.size() + 1);
     for (const Column& column : kColumns) {
       const std::optional<double> value = figureAt(trial, column.pointer);
       row.push_back(value ? fixedText(column.scale * *value, column.decimals) : "-");

@@ -1,5 +1,7 @@
 #include "src/fitting/depth_targets.h"
 
+#include "avatar/geometry/measures.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -158,6 +160,21 @@ GarmentTargets depthTargets(
       finder.add(vertex, result);
   }
   dropOutliers(garment.mesh, options.spread, result);
+  return result;
+}
+
+GarmentTargets alongNormals(const GarmentTargets& targets, const avatar::MeshView& garment) {
+  const Eigen::Matrix3Xd normals = avatar::vertexNormals(garment);
+  GarmentTargets result = targets;
+  for (bullet_ext::DepthTarget& target : result.targets) {
+    const Eigen::Vector3d mean = (target.points * target.weights).cast<double>();
+    const Eigen::Vector3d normal = normals.col(target.vertex);
+    const Eigen::Vector3d vertex = garment.vertices.col(target.vertex);
+    target.numPoints = 1;
+    target.points.col(0) = (vertex + normal * normal.dot(mean - vertex)).cast<float>();
+    target.weights.setZero();
+    target.weights[0] = 1.0F;
+  }
   return result;
 }
 

@@ -56,4 +56,10 @@ GarmentTargets depthTargets(
     const DepthCloud& cloud,
     const DepthTargetOptions& options = {});
 
+/// Pulls along the surface's own normals instead of along rays: each ring becomes one point, the
+/// foot of the vertex P on the plane through the ring's mean ū, P + n n·(ū − P). Where a surface is
+/// seen at a slant, rays drag cloth along itself; which of its points a depth pixel shows isn't
+/// known.
+GarmentTargets alongNormals(const GarmentTargets& targets, const avatar::MeshView& garment);
+
 }  // namespace simulcap

@@ -36,6 +36,7 @@ Eigen::Matrix3Xd directlyFitted(
   }
   std::vector<Eigen::Triplet<double>> entries;
   const Eigen::Matrix2Xi edges = avatar::buildAdjacency(garment.faces, numVertices).edges;
+  entries.reserve(static_cast<std::size_t>(edges.cols() + numVertices));
   for (const auto& edge : edges.colwise()) {
     diagonal[edge[0]] += options.smoothness;
     diagonal[edge[1]] += options.smoothness;

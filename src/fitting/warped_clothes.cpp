@@ -145,6 +145,7 @@ std::vector<GarmentTargets> WarpedClothes::targets(
     const DepthCloud& cloud,
     const DepthTargetOptions& options) const {
   std::vector<GarmentTargets> targets;
+  targets.reserve(surfaces_.size());
   for (std::size_t i = 0; i < surfaces_.size(); ++i) {
     const avatar::MeshView mesh(surfaces_[i].vertices, surfaces_[i].bound.faces);
     targets.push_back(depthTargets(
@@ -174,6 +175,7 @@ std::vector<GarmentTargets> WarpedClothes::fit(
     const avatar::MeshView& body, const DepthCloud& cloud, const DepthTargetOptions& options) {
   const avatar::TriangleMesh nothing;
   std::vector<avatar::MeshView> meshes;
+  meshes.reserve(surfaces_.size());
   for (const Surface& surface : surfaces_)
     meshes.emplace_back(surface.vertices, surface.bound.faces);
   const std::vector<GarmentView> views =
@@ -187,6 +189,7 @@ std::vector<GarmentTargets> WarpedClothes::fit(
     found = targets(views, cloud, options);
   }
   std::vector<GarmentTargets> result;
+  result.reserve(garments_.size());
   for (const Part& part : garments_)
     result.push_back(ofPart(part, found));
   return result;
@@ -199,6 +202,7 @@ Eigen::Matrix3Xd WarpedClothes::garment(std::size_t index) const {
 
 std::vector<Eigen::MatrixXd> WarpedClothes::state() const {
   std::vector<Eigen::MatrixXd> state;
+  state.reserve(surfaces_.size());
   for (const Surface& surface : surfaces_) {
     Eigen::MatrixXd& motions = state.emplace_back(12, surface.nodes.numNodes());
     for (int node = 0; node < surface.nodes.numNodes(); ++node)
@@ -215,6 +219,7 @@ void WarpedClothes::restore(const std::vector<Eigen::MatrixXd>& state) {
     if (state[i].rows() != 12)
       throw std::invalid_argument("WarpedClothes: a node has twelve values");
     std::vector<Eigen::Isometry3d> motions;
+    motions.reserve(static_cast<std::size_t>(state[i].cols()));
     for (const auto& column : state[i].colwise()) {
       Eigen::Isometry3d& motion = motions.emplace_back(Eigen::Isometry3d::Identity());
       motion.matrix().topRows<3>() = column.reshaped(3, 4);

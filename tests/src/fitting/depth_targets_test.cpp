@@ -78,6 +78,24 @@ TEST(DepthTargets, LieOnTheMeasuredSurface) {
   }
 }
 
+/// The depth plane is parallel to the sheet: its foot is 30 mm away along the sheet's normal, while
+/// rays lead outwards.
+TEST(DepthTargets, AlongNormalsTheyAreFeetOnTheMeasuredPlane) {
+  const avatar::TriangleMesh sheet = sheetAt(kDistance);
+  const GarmentView view = viewOf(sheet, nothing());
+  const GarmentTargets rays =
+      depthTargets({.mesh = sheet, .view = view}, smallCamera(), planeCloud(smallCamera(), 2.03F));
+  const GarmentTargets feet = alongNormals(rays, sheet);
+  ASSERT_EQ(feet.targets.size(), rays.targets.size());
+  for (const bullet_ext::DepthTarget& target : feet.targets) {
+    const Eigen::Vector3d wanted =
+        sheet.vertices.col(target.vertex) + Eigen::Vector3d(0.0, 0.0, 0.03);
+    EXPECT_EQ(target.numPoints, 1);
+    EXPECT_EQ(target.weights.sum(), 1.0F);
+    EXPECT_LT((target.points.col(0).cast<double>() - wanted).norm(), 1e-6);  // floats at 2 m
+  }
+}
+
 TEST(DepthTargets, OccludedVerticesGetNone) {
   const avatar::TriangleMesh sheet = sheetAt(kDistance);
   const avatar::TriangleMesh arm = sheetAt(1.5, 0.3);  // hides 0.4 m of the sheet's middle
