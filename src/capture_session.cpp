@@ -185,8 +185,9 @@ CaptureSession::CaptureSession(
     const WarpedParts parts = options.method == CaptureMethod::kNonrigidIcp
                                   ? WarpedParts::kGarments
                                   : WarpedParts::kWholePerson;
-    warped_ = std::make_unique<WarpedClothes>(
-        person.avatar, camera, labels, parts, options.warp, options.view);
+    WarpOptions warp = options.warp;
+    warp.view = options.view;
+    warped_ = std::make_unique<WarpedClothes>(person.avatar, camera, labels, parts, warp);
   }
   largestSubstep_ = 1.0;
   for (int i = 0; i < world_->numGarments(); ++i)

@@ -32,11 +32,7 @@ class MergedLayers {
 
   const avatar::TriangleMesh& mesh() const { return mesh_; }
 
-  SkinningWeights skinningWeights(Eigen::Index numJoints) const {
-    SkinningWeights weights(mesh_.numVertices(), numJoints);
-    weights.setFromTriplets(weights_.begin(), weights_.end());
-    return weights;
-  }
+  const std::vector<Eigen::Triplet<double>>& weights() const { return weights_; }
 
  private:
   avatar::TriangleMesh mesh_;
@@ -47,6 +43,7 @@ class MergedLayers {
 
 void WarpOptions::validate() const {
   graph.validate();
+  view.validate();
   if (iterations < 1 || iterations > 100)
     throw std::invalid_argument("WarpOptions: iterations must be within [1, 100]");
 }
@@ -56,9 +53,12 @@ WarpedClothes::WarpedClothes(
     const avatar::Camera& camera,
     const std::vector<PixelLabel>& labels,
     WarpedParts parts,
-    const WarpOptions& options,
-    const LayerViewOptions& view)
-    : avatar_(avatar), camera_(camera), parts_(parts), options_(options), viewer_(camera, view) {
+    const WarpOptions& options)
+    : avatar_(avatar),
+      camera_(camera),
+      parts_(parts),
+      options_(options),
+      viewer_(camera, options.view) {
   options.validate();
   if (labels.size() != avatar.garments.size())
     throw std::invalid_argument("WarpedClothes: one label per garment is expected");
@@ -98,11 +98,14 @@ WarpedClothes::Surface WarpedClothes::wholePerson() const {
         garment.skinningWeights);
   const avatar::AvatarBody& body = avatar_.body;
   layers.add(avatar::posedVertices(body, bindPose), body.mesh.faces, body.skinningWeights);
-  return {
+  Surface person{
       .bound = layers.mesh(),
-      .skinningWeights = layers.skinningWeights(body.skinningWeights.cols()),
+      .skinningWeights = {},
       .bindPose = bindPose,
       .nodes = avatar::EmbeddedDeformation(layers.mesh().vertices, options_.graph)};
+  person.skinningWeights.resize(layers.mesh().numVertices(), body.skinningWeights.cols());
+  person.skinningWeights.setFromTriplets(layers.weights().begin(), layers.weights().end());
+  return person;
 }
 
 void WarpedClothes::Surface::pose() {

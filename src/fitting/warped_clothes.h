@@ -22,6 +22,7 @@ enum class WarpedParts {
 
 struct WarpOptions {
   avatar::EmbeddedDeformationOptions graph;
+  LayerViewOptions view;
   int iterations = 6;  ///< of ICP per frame, with one Gauss-Newton step each, 1 … 100
 
   /// Throws std::invalid_argument that names the field outside its range.
@@ -41,8 +42,7 @@ class WarpedClothes {
       const avatar::Camera& camera,
       const std::vector<PixelLabel>& labels,
       WarpedParts parts,
-      const WarpOptions& options = {},
-      const LayerViewOptions& view = {});
+      const WarpOptions& options = {});
 
   /// Takes the surfaces to a pose of the body with what the nodes have found so far.
   void follow(const avatar::BodyPose& pose);
