@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <new>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace simulcap {
 namespace {
@@ -119,8 +121,11 @@ int runChosen(const ChosenCommand& chosen, const ProgramOptions& options) {
   return kFailed;
 }
 
+constexpr const char* kPurpose =
+    "Captures a dressed person with one depth camera, cloth simulation included";
+
 int run(int argc, char** argv) {
-  CLI::App program("Captures a dressed person with one depth camera, cloth simulation included");
+  CLI::App program(kPurpose);
   ProgramOptions options;
   ChosenCommand chosen;
   setUp(program, options, chosen);
@@ -133,6 +138,16 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
+
+ChosenCommand commandOf(const std::vector<std::string>& arguments) {
+  CLI::App program(kPurpose);
+  ProgramOptions options;
+  ChosenCommand chosen;
+  setUp(program, options, chosen);
+  program.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  return chosen;
+}
+
 }  // namespace simulcap
 
 int main(int argc, char** argv) {

@@ -186,6 +186,31 @@ std::unique_ptr<CaptureSession> startedSession(
   return session;
 }
 
+/// timing.csv and metrics.json.
+void writeFigures(
+    const CaptureVerbOptions& options,
+    const Person& person,
+    const CaptureOutput& output,
+    const FrameClock& clock,
+    const CommandContext& context) {
+  avatar::writeFileAtomically(fs::path(options.output) / "timing.csv", clock.csv());
+  nlohmann::json details = person.digitization;
+  details["settings"] = settingsJson(options);
+  const CaptureMetrics metrics = writeCaptureMetrics(
+      {.folder = options.output,
+       .input = options.sequence,
+       .method = options.method,
+       .model = person.model,
+       .numFrames = output.numFrames(),
+       .figures = output.figures(),
+       .timing = clock.timing(),
+       .threads = context.threads,
+       .details = std::move(details)});
+  for (const std::string& note : metrics.notes)
+    context.console.warn(note);
+  context.console.result(metrics.figures.dump(1));
+}
+
 /// A frame's journey: read, prepared and tracked by `frames`, captured by the session, written.
 void capture(const CaptureVerbOptions& options, const CommandContext& context) {
   requireConsistent(options);
@@ -226,22 +251,7 @@ void capture(const CaptureVerbOptions& options, const CommandContext& context) {
     output.checkpointed(frames.state(), session->state());
   output.finish(frames.camera());
   report(output, frames, context.console);
-  avatar::writeFileAtomically(fs::path(options.output) / "timing.csv", clock.csv());
-  nlohmann::json details = person.digitization;
-  details["settings"] = settingsJson(options);
-  const CaptureMetrics metrics = writeCaptureMetrics(
-      {.folder = options.output,
-       .input = options.sequence,
-       .method = options.method,
-       .model = person.model,
-       .numFrames = output.numFrames(),
-       .figures = output.figures(),
-       .timing = clock.timing(),
-       .details = std::move(details),
-       .threads = context.threads});
-  for (const std::string& note : metrics.notes)
-    context.console.warn(note);
-  context.console.result(metrics.figures.dump(1));
+  writeFigures(options, person, output, clock, context);
   if (options.report)
     writeReportOf(options.output, options.sequence, context);
 }

@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace CLI {  // NOLINT(readability-identifier-naming)
 class App;
@@ -25,6 +27,10 @@ class UsageError : public std::runtime_error {
 
 /// The command that was asked for; its verb's callback sets it while the arguments are parsed.
 using ChosenCommand = std::function<void(const CommandContext&)>;
+
+/// The command that these arguments of the program ask for, as {"render", "default", "-o",
+/// "a.png"}. Throws CLI::ParseError for others.
+ChosenCommand commandOf(const std::vector<std::string>& arguments);
 
 // One function and one file per verb: adds the verb with its options to the program.
 void addCapture(CLI::App& program, ChosenCommand& chosen);

@@ -1,211 +1,112 @@
-#include "avatar/default_body/embedded_body.h"
 #include "avatar/io/atomic_file.h"
-#include "avatar/motion_clips.h"
-#include "avatar/skinning.h"
-#include "src/commands/body_sheet.h"
 #include "src/commands/commands.h"
-#include "src/commands/measure_table.h"
-#include "src/commands/motion_input.h"
-#include "src/output/image_file.h"
-#include "src/output/named_pose.h"
 #include "src/program/console.h"
-#include "src/program/machine.h"
-#include "src/program/version.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
-#include <chrono>
+#include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <string>
+#include <vector>
 
+/// The main job from beginning to end on a recording of our own making, by the program's own verbs.
 namespace simulcap {
 namespace {
 
-constexpr int kFramesPerClip = 8;
+namespace fs = std::filesystem;
 
 struct DemoOptions {
   std::string output = "out/demo";
 };
 
-/// One file of the demo's folder.
-struct DemoPicture {
-  std::string file;
-  std::string title;
-};
+/// A turn, so that everything is seen once, and a motion of the arms.
+constexpr const char* kScene = R"({
+  "time": {"frames": 120},
+  "body": {"betas": "female", "motion": ["turn:3", "arm_raise:1"]},
+  "garments": [
+    {"name": "lower", "wear": {"cut": "shorts"}},
+    {"name": "upper", "wear": {"cut": "tshirt"}, "cloth": {"material": "soft"}}
+  ],
+  "camera": {"width": 320, "height": 240, "position": [0, 1.1, 2.35], "look_at": [0, 0.93, 0]},
+  "sensor": {"model": "kinect_v1"},
+  "room": {}
+}
+)";
 
-std::vector<BodyView> views(std::initializer_list<const char*> names) {
-  std::vector<BodyView> chosen;
-  chosen.reserve(names.size());
-  for (const char* name : names)
-    chosen.push_back(bodyView(name));
-  return chosen;
+using Arguments = std::vector<std::string>;
+
+/// Runs a verb, telling how to do the same by hand.
+void runVerb(const Arguments& arguments, const CommandContext& context) {
+  std::string line = "$ simulcap";
+  for (const std::string& argument : arguments)
+    line += " " + argument;
+  context.console.info(line);
+  commandOf(arguments)(context);
 }
 
-/// The default body with everything the demo asks of it.
-class DemoBody {
- public:
-  explicit DemoBody(const CommandContext& context)
-      : model_(avatar::defaultBody()), person_(model_), skinning_(model_), context_(context) {}
-
-  ContactSheet shapes() const {
-    BodySheetRequest request;
-    request.views = views({"front", "three-quarter", "side", "back"});
-    request.picture = {.width = 240, .height = 320};
-    for (const avatar::BodyPreset& preset : avatar::bodyPresets())
-      request.bodies.push_back(body(preset, preset.name, "apose"));
-    return bodySheet(person_, request, context_);
-  }
-
-  ContactSheet poses() const {
-    BodySheetRequest request;
-    request.views = views({"front", "three-quarter", "side", "back"});
-    request.picture = {.width = 300, .height = 300};
-    for (const std::string& pose : namedPoses())
-      request.bodies.push_back(body(avatar::bodyPresets().front(), pose, pose));
-    return bodySheet(person_, request, context_);
-  }
-
-  ContactSheet details() const {
-    BodySheetRequest request;
-    request.views = views({"face", "face-side", "hand", "foot"});
-    request.picture = {.width = 300, .height = 300};
-    for (const avatar::BodyPreset& preset : avatar::bodyPresets())
-      request.bodies.push_back(body(preset, preset.name, "tpose"));
-    return bodySheet(person_, request, context_);
-  }
-
-  /// A row per built-in clip, moments of it from left to right.
-  ContactSheet motions() const {
-    const avatar::ShapedBody shaped = skinning_.shape(avatar::bodyPresets().front().betas);
-    ContactSheet sheet;
-    std::vector<PicturedBody> bodies;
-    for (const std::string_view clip : avatar::clipNames()) {
-      const MotionRequest request{.source = std::string(clip)};
-      for (const LabelledPose& pose :
-           motionPoses(request, shaped, kFramesPerClip, context_.console))
-        bodies.push_back({pose.label, skinning_.pose(shaped, pose.pose).vertices});
-      sheet.rowLabels.emplace_back(clip);
-    }
-    for (int i = 0; i < kFramesPerClip; ++i)
-      sheet.columnLabels.push_back(std::to_string(100 * i / (kFramesPerClip - 1)) + " %");
-
-    const BodyView& view = bodyView("three-quarter");
-    const std::vector<Eigen::AlignedBox3d> boxes =
-        framingBoxes(bodies, verticesOfJoints(model_.skinningWeights, {}), true);
-    std::vector<SheetPanel> panels;
-    for (std::size_t i = 0; i < bodies.size(); ++i)
-      panels.push_back({bodies[i], view, boxes[i]});
-    sheet.panels = pictures(person_, panels, {.width = 180, .height = 220}, context_);
-    return sheet;
-  }
-
-  std::string measures() const {
-    std::vector<MeasuredBody> bodies;
-    for (const avatar::BodyPreset& preset : avatar::bodyPresets())
-      bodies.push_back(measured(preset.name, model_, skinning_.shape(preset.betas)));
-    return measureTable(bodies);
-  }
-
-  /// Times of posing and of rendering one picture on one thread [ms].
-  nlohmann::json timings() const {
-    const avatar::ShapedBody shaped = skinning_.shape(avatar::bodyPresets().front().betas);
-    const avatar::BodyPose pose = namedPose("squat");
-    const auto posed = skinning_.pose(shaped, pose);
-    const PicturedBody pictured{"", posed.vertices};
-    const Eigen::AlignedBox3d box =
-        framingBoxes({pictured}, verticesOfJoints(model_.skinningWeights, {}), false).front();
-    const PictureOptions size{.width = 640, .height = 480, .supersampling = 1};
-    return {
-        {"posing", timed([&] { skinning_.pose(shaped, pose); })},
-        {"picture_640x480",
-         timed([&] { picture(person_, pictured, bodyView("front"), box, size); })}};
-  }
-
- private:
-  PicturedBody body(
-      const avatar::BodyPreset& preset, const std::string& label, const std::string& pose) const {
-    return {label, skinning_.pose(skinning_.shape(preset.betas), namedPose(pose)).vertices};
-  }
-
-  template <typename Work>
-  static nlohmann::json timed(const Work& work) {
-    using Clock = std::chrono::steady_clock;
-    std::vector<double> milliseconds(50);
-    for (double& time : milliseconds) {
-      const Clock::time_point start = Clock::now();
-      work();
-      time = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-    }
-    std::sort(milliseconds.begin(), milliseconds.end());
-    return {
-        {"median", milliseconds[milliseconds.size() / 2]},
-        {"p95", milliseconds[milliseconds.size() * 95 / 100]}};
-  }
-
-  const avatar::BodyModel& model_;
-  PicturedPerson person_;
-  avatar::Skinning skinning_;
-  const CommandContext& context_;
-};
-
-std::string report(const std::vector<DemoPicture>& pictures, const std::string& table) {
-  std::string html =
-      "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>simulcap demo</title>\n"
-      "<style>body{font-family:sans-serif;margin:2em}img{max-width:100%}</style>\n"
-      "<h1>simulcap " +
-      std::string(kVersion) + ": the built-in body</h1>\n";
-  for (const DemoPicture& picture : pictures)
-    html += "<h2>" + picture.title + "</h2>\n<img src=\"" + picture.file + "\" alt=\"" +
-            picture.title + "\">\n";
-  return html + "<h2>Measures</h2>\n<pre>" + table + "</pre>\n</html>\n";
+nlohmann::json timingOf(const fs::path& metrics) {
+  std::ifstream stream(metrics);
+  return nlohmann::json::parse(stream).value("timing_ms", nlohmann::json::object());
 }
 
-nlohmann::json metrics(const nlohmann::json& timings, const CommandContext& context) {
-  return {
-      {"program", std::string("simulcap ") + kVersion},
-      {"input", "default"},
-      {"machine", {{"cpu", cpuName()}, {"threads", context.threads}}},
-      {"timing_ms", timings}};
-}
+/// Milliseconds of a stage beside the paper's, which are of an NVIDIA TITAN Xp (its section 5).
+std::string timingTable(const nlohmann::json& timing) {
+  struct Stage {
+    const char* name;
+    const char* key;
+    double paper;  // [ms]
+  };
 
-std::string milliseconds(const nlohmann::json& time) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f ms", time.at("median").get<double>());
-  return text;
+  std::string table = "per frame [ms]                  median     paper (TITAN Xp)\n";
+  for (const Stage& stage :
+       {Stage{"body tracking", "body_tracking", 17.0},
+        Stage{"cloth simulation", "cloth_simulation", 14.0},
+        Stage{"depth fitting", "depth_fitting", 20.0},
+        Stage{"everything", "total", 56.0}}) {
+    if (!timing.contains(stage.key))
+      continue;
+    char row[96];
+    std::snprintf(
+        row,
+        sizeof row,
+        "%-28s %9.1f %9.0f\n",
+        stage.name,
+        timing[stage.key]["median"].get<double>(),
+        stage.paper);
+    table += row;
+  }
+  return table;
 }
 
 void demo(const DemoOptions& options, const CommandContext& context) {
-  const std::filesystem::path folder(options.output);
-  const DemoBody body(context);
-  const std::vector<DemoPicture> pictures = {
-      {"shapes.png", "Shapes"},
-      {"motions.png", "Motions"},
-      {"poses.png", "Poses"},
-      {"details.png", "Face, hand and foot"}};
-  writePng(folder / "shapes.png", composed(body.shapes()));
-  writePng(folder / "motions.png", composed(body.motions()));
-  writePng(folder / "poses.png", composed(body.poses()));
-  writePng(folder / "details.png", composed(body.details()));
-
-  const std::string table = body.measures();
-  avatar::writeFileAtomically(folder / "report.html", report(pictures, table));
-  const nlohmann::json timings = body.timings();
-  avatar::writeFileAtomically(folder / "metrics.json", metrics(timings, context).dump(1) + "\n");
-
-  context.console.result(table);
+  const fs::path folder(options.output);
+  const std::string scene = (folder / "scene.json").string();
+  const std::string recording = (folder / "recording").string();
+  const std::string avatar = (folder / "avatar.glb").string();
+  const std::string capture = (folder / "capture").string();
+  const std::string truth = (folder / "recording" / "gt").string();
+  avatar::writeFileAtomically(scene, kScene);
+  runVerb({"synth", scene, "-o", recording}, context);
+  runVerb({"digitize", recording, "-o", avatar, "--truth", truth}, context);
+  runVerb({"capture", recording, "--avatar", avatar, "-o", capture}, context);
+  runVerb({"evaluate", capture, "--truth", truth}, context);
+  runVerb({"report", capture}, context);
+  context.console.result(timingTable(timingOf(folder / "capture" / "metrics.json")));
   context.console.result(
-      "posing the body: " + milliseconds(timings["posing"]) + ", a picture of 640x480: " +
-      milliseconds(timings["picture_640x480"]) + " (medians of 50, one thread)");
-  context.console.result("Open " + (folder / "report.html").string() + " in a browser.");
+      "Look at " + capture + "/report.html in a browser, at " + capture +
+      "/contact_sheet.png without one, and at " + avatar + " in any glTF viewer.");
 }
 
 }  // namespace
 
 void addDemo(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb = program.add_subcommand(
-      "demo", "Pictures and measures of the built-in body: its shapes, poses and motions");
+      "demo",
+      "The main job on a made-up recording: digitizes a turning person, captures the performance, "
+      "compares it with the truth");
   const auto options = std::make_shared<DemoOptions>();
   verb->add_option("-o,--output", options->output, "Folder to write to")->capture_default_str();
   verb->callback([options, &chosen] {
