@@ -7,6 +7,8 @@
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 
@@ -16,6 +18,7 @@
 #include <queue>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace avatar {
 namespace {
@@ -106,17 +109,18 @@ class SeenSkin {
 class HeadFit {
  public:
   HeadFit(
-      const Eigen::Matrix3Xd& posed,
+      Eigen::Matrix3Xd posed,
       const Eigen::Matrix3Xi& faces,
       const Eigen::VectorXd& headWeights,
       const EnhancementOptions& options)
-      : posed_(posed),
+      : posed_(std::move(posed)),
+        original_(posed_),
         faces_(faces),
         headWeights_(headWeights),
         options_(options),
-        edges_(buildAdjacency(faces, posed.cols()).edges),
-        unknown_(static_cast<std::size_t>(posed.cols()), -1),
-        offsets_(Eigen::Matrix3Xd::Zero(3, posed.cols())) {
+        edges_(buildAdjacency(faces, posed_.cols()).edges),
+        unknown_(static_cast<std::size_t>(posed_.cols()), -1),
+        offsets_(Eigen::Matrix3Xd::Zero(3, posed_.cols())) {
     constexpr double kFaded = 0.02;  // less of the head than this stays as it is
     for (std::size_t v = 0; v < unknown_.size(); ++v) {
       if (headWeights[static_cast<Eigen::Index>(v)] > kFaded)
@@ -126,20 +130,93 @@ class HeadFit {
 
   void fit(const SeenSkin& skin, BodyEnhancement& result) {
     matches_.resize(unknown_.size());
-    for (int round = 0; round < options_.rounds && numUnknowns_ > 0; ++round) {
+    findMatches(skin);
+    result.distanceBefore = meanDistance();
+    for (int round = 0; round < options_.rounds; ++round) {
+      moveRigidly();
       findMatches(skin);
-      if (round == 0)
-        result.distanceBefore = meanDistance();
-      solve();
     }
+    fitOffsets(skin);
+    constexpr int kAttempts = 4;
+    for (int attempt = 1; attempt < kAttempts && isFolded(); ++attempt) {
+      smoothness_ *= 8.0;
+      fitOffsets(skin);
+    }
+    if (isFolded())
+      offsets_.setZero();
     findMatches(skin);
     result.distanceAfter = meanDistance();
     result.headSeen = seenShare();
   }
 
-  const Eigen::Matrix3Xd& offsets() const { return offsets_; }
+  /// From the posed body.
+  Eigen::Matrix3Xd offsets() const { return posed_ + offsets_ - original_; }
 
  private:
+  void fitOffsets(const SeenSkin& skin) {
+    offsets_.setZero();
+    for (int round = 0; round < options_.rounds && numUnknowns_ > 0; ++round) {
+      findMatches(skin);
+      solve();
+    }
+  }
+
+  /// The head as a whole may be tilted in the tracked pose: one Gauss–Newton step of its rotation ω
+  /// and translation t that bring it to the matched planes, Σ w² (n·(x + ω × (x − c) + t − q))²,
+  /// faded out in the neck with the weights w.
+  void moveRigidly() {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double weightSum = 0.0;
+    forEachMatch([&](Eigen::Index v, const SeenSkin::Match&) {
+      centre += headWeights_[v] * posed_.col(v);
+      weightSum += headWeights_[v];
+    });
+    constexpr double kEnough = 50.0;  // vertices, to know six numbers by
+    if (weightSum < kEnough)
+      return;
+    centre /= weightSum;
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    forEachMatch([&](Eigen::Index v, const SeenSkin::Match& match) {
+      Eigen::Matrix<double, 6, 1> row;
+      row << (posed_.col(v) - centre).cross(match.normal), match.normal;
+      const double weight = headWeights_[v] * headWeights_[v];
+      normal += weight * row * row.transpose();
+      right += weight * match.normal.dot(match.point - posed_.col(v)) * row;
+    });
+    // A sphere may turn as it likes: what the surface doesn't say stays (0.05 m is a head's
+    // radius).
+    normal.topLeftCorner<3, 3>().diagonal().array() += 1e-2 * weightSum * 0.05 * 0.05;
+    const Eigen::Matrix<double, 6, 1> step = normal.ldlt().solve(right);
+    for (Eigen::Index v = 0; v < posed_.cols(); ++v) {
+      const Eigen::Vector3d turned = step.head<3>().cross(posed_.col(v) - centre);
+      posed_.col(v) += headWeights_[v] * (turned + step.tail<3>());
+    }
+  }
+
+  template <typename Visit>
+  void forEachMatch(const Visit& visit) const {
+    for (std::size_t v = 0; v < matches_.size(); ++v) {
+      if (unknown_[v] >= 0 && matches_[v].found)
+        visit(static_cast<Eigen::Index>(v), matches_[v]);
+    }
+  }
+
+  /// Whether a face of the head turned over, or nearly.
+  bool isFolded() const {
+    constexpr double kTurned = 0.3;  // cosine
+    const Eigen::Matrix3Xd moved = posed_ + offsets_;
+    for (Eigen::Index f = 0; f < faces_.cols(); ++f) {
+      if (unknown_[static_cast<std::size_t>(faces_(0, f))] < 0)
+        continue;
+      const Eigen::Vector3d before = doubleAreaVector(MeshView(posed_, faces_), f);
+      const Eigen::Vector3d after = doubleAreaVector(MeshView(moved, faces_), f);
+      if (before.dot(after) < kTurned * before.norm() * after.norm())
+        return true;
+    }
+    return false;
+  }
+
   void findMatches(const SeenSkin& skin) {
     const Eigen::Matrix3Xd places = posed_ + offsets_;
     const Eigen::Matrix3Xd normals = vertexNormals(MeshView(places, faces_));
@@ -205,13 +282,13 @@ class HeadFit {
       const int b = unknown_[static_cast<std::size_t>(edges_(1, e))];
       for (int axis = 0; axis < 3; ++axis) {
         if (a >= 0)
-          entries.emplace_back(3 * a + axis, 3 * a + axis, options_.smoothness);
+          entries.emplace_back(3 * a + axis, 3 * a + axis, smoothness_);
         if (b >= 0)
-          entries.emplace_back(3 * b + axis, 3 * b + axis, options_.smoothness);
+          entries.emplace_back(3 * b + axis, 3 * b + axis, smoothness_);
         if (a < 0 || b < 0)
           continue;
-        entries.emplace_back(3 * a + axis, 3 * b + axis, -options_.smoothness);
-        entries.emplace_back(3 * b + axis, 3 * a + axis, -options_.smoothness);
+        entries.emplace_back(3 * a + axis, 3 * b + axis, -smoothness_);
+        entries.emplace_back(3 * b + axis, 3 * a + axis, -smoothness_);
       }
     }
   }
@@ -233,10 +310,12 @@ class HeadFit {
     }
   }
 
-  const Eigen::Matrix3Xd& posed_;
+  Eigen::Matrix3Xd posed_;     // the head moved rigidly [m]
+  Eigen::Matrix3Xd original_;  // as the pose has it
   const Eigen::Matrix3Xi& faces_;
   const Eigen::VectorXd& headWeights_;
   const EnhancementOptions& options_;
+  double smoothness_ = options_.smoothness;
   Eigen::Matrix2Xi edges_;
   std::vector<int> unknown_;  // of each vertex; −1: stays
   int numUnknowns_ = 0;
@@ -362,8 +441,9 @@ BodyEnhancement enhanceBody(
   result.vertexColors = result.skinColor.replicate(1, model.numVertices());
   HeadFit head(posed.vertices, model.faces, headWeights, options);
   head.fit(skin, result);
-  result.offsets = atRest(head.offsets(), model, posedFromRest(shaped, posed));
-  const Eigen::Matrix3Xd enhanced = posed.vertices + head.offsets();
+  const Eigen::Matrix3Xd offsets = head.offsets();
+  result.offsets = atRest(offsets, model, posedFromRest(shaped, posed));
+  const Eigen::Matrix3Xd enhanced = posed.vertices + offsets;
   addColors(MeshView(enhanced, model.faces), skin, headWeights, result);
   return result;
 }

@@ -41,12 +41,13 @@ struct BodyEnhancement {
 };
 
 /// Fits the head of the undressed body to the fused one (paper section 3, "we enhance the head"):
-/// offsets u of the posed head's vertices that minimise
+/// moves it as a whole first, as the tracked pose may have it tilted, then finds offsets u of its
+/// vertices that minimise
 /// Σ c_v (n·(x_v + u_v − q_v))² + s Σ_edges |u_i − u_j|², q the nearest point of skin or hair and n
 /// its normal, with u = 0 where the head's skinning weight has faded out in the neck, so that it
-/// ends smoothly there. Colours are those of the nearest seen skin; skin under clothes takes them
-/// over from its surroundings. `labels`: one per vertex of the surface. Throws
-/// std::invalid_argument when sizes don't fit.
+/// ends smoothly there. Where that would fold the head, s grows until it doesn't. Colours are those
+/// of the nearest seen skin; skin under clothes takes them over from its surroundings. `labels`:
+/// one per vertex of the surface. Throws std::invalid_argument when sizes don't fit.
 BodyEnhancement enhanceBody(
     const OuterSurface& surface,
     const std::vector<std::uint8_t>& labels,

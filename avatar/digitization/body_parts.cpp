@@ -101,7 +101,11 @@ bool isInside(const std::vector<BodyPart>& parts, int x, int y, int width, int h
   constexpr int kMargin = 2;  // [px]
   if (x < kMargin || y < kMargin || x + kMargin >= width || y + kMargin >= height)
     return false;
-  const auto at = [&](int px, int py) { return parts[static_cast<std::size_t>(py * width + px)]; };
+  const auto at = [&](int px, int py) {
+    return parts
+        [static_cast<std::size_t>(py) * static_cast<std::size_t>(width) +
+         static_cast<std::size_t>(px)];
+  };
   const BodyPart part = at(x, y);
   return at(x - kMargin, y) == part && at(x + kMargin, y) == part && at(x, y - kMargin) == part &&
          at(x, y + kMargin) == part;

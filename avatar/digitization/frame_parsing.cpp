@@ -215,11 +215,8 @@ class FrameParser {
     for (const PosedDepthFrame& frame : frames_) {
       const SkinnedBody body = skinning_.pose(shaped_, frame.pose);
       for (const double t : {0.45, 0.55, 0.65}) {
-        const auto onThigh = [&](int hip) -> Eigen::Vector3d {
-          return (1.0 - t) * body.joints.col(hip) + t * body.joints.col(hip + 3);
-        };
-        const Eigen::Vector3d left = project(frame.camera, onThigh(kLeftHip));
-        const Eigen::Vector3d right = project(frame.camera, onThigh(kRightHip));
+        const Eigen::Vector3d left = project(frame.camera, onThigh(body, kLeftHip, t));
+        const Eigen::Vector3d right = project(frame.camera, onThigh(body, kRightHip, t));
         // Seen from the side, one thigh hides the gap.
         constexpr double kApart = 0.12;  // [m]
         if ((left - right).head<2>().norm() * left.z() < kApart * frame.camera.fx)
@@ -229,6 +226,12 @@ class FrameParser {
       }
     }
     return samples > 0 && 2 * gaps > samples;
+  }
+
+  /// A place between hip (0) and knee (1).
+  static Eigen::Vector3d onThigh(const SkinnedBody& body, int hip, double t) {
+    constexpr int kToKnee = 3;  // joints, in the order of SMPL
+    return (1.0 - t) * body.joints.col(hip) + t * body.joints.col(hip + kToKnee);
   }
 
   static bool gapBetween(

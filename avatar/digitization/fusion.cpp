@@ -213,7 +213,8 @@ void CanonicalFusion::dropCollisions(std::vector<LivePoint>& live) {
   const Eigen::Vector3i size = (box.sizes() / kCell).cast<int>().array() + 1;
   const auto cellOf = [&](const LivePoint& point) {
     const Eigen::Vector3i cell = ((point.inCamera - box.min()) / kCell).cast<int>();
-    return static_cast<std::size_t>((cell.z() * size.y() + cell.y()) * size.x() + cell.x());
+    const Eigen::Index row = Eigen::Index{cell.z()} * size.y() + cell.y();
+    return static_cast<std::size_t>(row * size.x() + cell.x());
   };
   constexpr int kNobody = -1;
   std::vector<int> owners(static_cast<std::size_t>(size.prod()), kNobody);
@@ -268,15 +269,16 @@ void CanonicalFusion::integrateBlock(
   for (int line = 0; line < kSize * kSize; ++line) {
     const LatticeRow row = latticeRow(corners, line % kSize, line / kSize);
     for (int x = 0; x < kSize; ++x) {
-      const LivePoint& low = row[static_cast<std::size_t>(x / kLatticeStep)];
-      const LivePoint& high = row[static_cast<std::size_t>(x / kLatticeStep + 1)];
+      const auto place = static_cast<std::size_t>(x / kLatticeStep);
+      const LivePoint& low = row[place];
+      const LivePoint& high = row[place + 1];
       if (!low.usable || !high.usable)
         continue;
       const float t = static_cast<float>(x % kLatticeStep) / static_cast<float>(kLatticeStep);
       const Observation seen = view.observe(low.inCamera + t * (high.inCamera - low.inCamera));
       if (seen.weight <= 0.0F)
         continue;
-      Voxel& voxel = voxels[static_cast<std::size_t>(line * kSize + x)];
+      Voxel& voxel = voxels[static_cast<std::size_t>(line) * kSize + static_cast<std::size_t>(x)];
       addObservation(voxel, seen, static_cast<float>(options_.maxWeight));
       if (std::abs(seen.distance) < appearanceReach)
         addAppearance(voxel, seen, frame);

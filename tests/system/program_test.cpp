@@ -10,12 +10,6 @@ namespace {
 
 using Arguments = std::vector<std::string>;
 
-/// One non-empty line, as a person wants to read it.
-void expectOneLine(const std::string& text) {
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
-  EXPECT_GT(text.size(), 20U) << text;
-}
-
 TEST(Program, HelpExplainsEveryVerb) {
   const ProgramRun help = runProgram({"--help"});
   EXPECT_EQ(help.exitCode, 0);

@@ -38,6 +38,9 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// One non-empty line, as a person wants to read it.
+void expectOneLine(const std::string& text);
+
 /// The bytes of a file; empty when there is none.
 std::string fileBytes(const std::string& path);
 void writeBytes(const std::string& path, const std::string& bytes);
