@@ -150,7 +150,12 @@ class HeadFit {
   }
 
   /// From the posed body.
-  Eigen::Matrix3Xd offsets() const { return posed_ + offsets_ - original_; }
+  Eigen::Matrix3Xd offsets() const {
+    Eigen::Matrix3Xd result = posed_ + offsets_ - original_;
+    for (auto offset : result.colwise())
+      offset *= std::min(1.0, options_.maxOffset / std::max(offset.norm(), 1e-12));
+    return result;
+  }
 
  private:
   void fitOffsets(const SeenSkin& skin) {

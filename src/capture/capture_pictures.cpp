@@ -200,6 +200,7 @@ avatar::ColorImage measuredPicture(
   constexpr float kReach = 0.15F;  // [m]
   const std::vector<PicturedMesh> meshes = dressed(avatar, moment);
   std::vector<avatar::MeshView> surfaces;
+  surfaces.reserve(meshes.size());
   for (const PicturedMesh& mesh : meshes)
     surfaces.emplace_back(mesh.mesh);
   const avatar::RasterImage captured = avatar::rasterize(surfaces, camera);

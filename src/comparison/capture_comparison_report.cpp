@@ -12,9 +12,9 @@ using Json = nlohmann::ordered_json;
 
 /// A figure of metrics.json as a column of the table.
 struct Column {
-  const char* csvName;  ///< with its unit
-  const char* title;
-  const char* pointer;  ///< where it is (RFC 6901)
+  const char* csvName = "";  ///< with its unit
+  const char* title = "";
+  const char* pointer = "";  ///< where it is (RFC 6901)
   double scale = 1.0;
   int decimals = 2;
 };
