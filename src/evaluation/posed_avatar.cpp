@@ -31,8 +31,14 @@ bool definesJointsOf(const avatar::BodyModel& model, const avatar::AvatarBody& b
   constexpr double kPersonalDetails = 0.005;  // [m]
   if (model.numVertices() != body.mesh.numVertices() || model.parents != body.parents)
     return false;
-  const Eigen::Matrix3Xd found = body.mesh.vertices * model.jointRegressor.transpose();
-  return (found - body.joints).colwise().norm().maxCoeff() <= kPersonalDetails;
+  const auto areJoints = [&](const Eigen::Matrix3Xd& joints) {
+    return (joints - body.joints).colwise().norm().maxCoeff() <= kPersonalDetails;
+  };
+  // A captured head, with hair, moves the joints that its vertices would give; betas know nothing
+  // of it.
+  return areJoints(body.mesh.vertices * model.jointRegressor.transpose()) ||
+         (body.betas.size() == model.numBetas() &&
+          areJoints(avatar::Skinning(model).shape(body.betas).joints));
 }
 
 }  // namespace simulcap

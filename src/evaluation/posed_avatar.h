@@ -31,7 +31,8 @@ class PosedAvatarBody {
 };
 
 /// Does a model define its joints as this body has them: do the joints that it finds in the body's
-/// mesh lie where the body's are, to half a centimetre of personal details?
+/// mesh, or in that of its betas, lie where the body's are, to half a centimetre of personal
+/// details?
 bool definesJointsOf(const avatar::BodyModel& model, const avatar::AvatarBody& body);
 
 }  // namespace simulcap
