@@ -30,7 +30,7 @@ constexpr const char* kScene = R"({
     {"name": "lower", "wear": {"cut": "shorts"}},
     {"name": "upper", "wear": {"cut": "tshirt"}, "cloth": {"material": "soft"}}
   ],
-  "camera": {"width": 320, "height": 240, "position": [0, 1.1, 2.35], "look_at": [0, 0.93, 0]},
+  "camera": {"width": 320, "height": 240, "fx": 262.5, "position": [0, 1.1, 2.35], "look_at": [0, 0.93, 0]},
   "sensor": {"model": "kinect_v1"},
   "room": {}
 }
