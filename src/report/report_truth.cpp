@@ -84,14 +84,14 @@ void ReportTruth::add(const ReportedFrame& frame, FrameSeries& series) {
   Distribution millimetres(0.05);
   for (std::size_t i = 0; i < errors_.size(); ++i) {
     std::vector<std::uint32_t> bytes(static_cast<std::size_t>(frame.garments[i].cols()), 0U);
-    if (known) {
-      const std::vector<avatar::ClosestPoint> nearest = surface_->nearest(
+    std::vector<avatar::ClosestPoint> nearest;
+    if (known)
+      nearest = surface_->nearest(
           input_.recording->camera().cameraFromWorld * frame.garments[i], threads_);
-      for (std::size_t v = 0; v < bytes.size(); ++v) {
-        const double distance = std::sqrt(nearest[v].squaredDistance);
-        bytes[v] = offsetByte(distance);
-        millimetres.add(1000.0 * distance);
-      }
+    for (std::size_t v = 0; v < nearest.size(); ++v) {
+      const double distance = std::sqrt(nearest[v].squaredDistance);
+      bytes[v] = offsetByte(distance);
+      millimetres.add(1000.0 * distance);
     }
     errors_[i].add(bytes);
   }
