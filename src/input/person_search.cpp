@@ -188,8 +188,8 @@ bool couldBeLimb(const Component& piece) {
 /// Nothing floats: a small piece beside the person that is part of nothing else is a limb, before
 /// the body or half behind it.
 bool isLimb(const Contact& contact) {
-  constexpr float kMaxReach = 0.6F;  // an arm's length [m]
-  if (contact.cells == 0 || contact.distance > kMaxReach)
+  constexpr float kArmReach = 0.6F;  // an arm's length [m]
+  if (contact.cells == 0 || contact.distance > kArmReach)
     return false;
   const bool floating = 5 * contact.attached <= contact.border;
   const bool joined = 2 * contact.joined >= contact.cells && contact.joined >= 2 &&

@@ -230,16 +230,16 @@ TEST(DepthPreparation, HolesDontMakeTheBackgroundAPerson) {
   Room room{.camera = roomCamera()};
   room.addPerson(standing(), {-0.7, 0.0, 0.0});
   auto seen = picture(room);
-  constexpr int kPatchWidth = 40;
-  constexpr int kPatchHeight = 110;
+  constexpr int kPanelWidth = 40;
+  constexpr int kPanelHeight = 110;
   constexpr int kHole = 5;
   for (int y = 0; y < seen.frame.height; ++y) {
     for (int x = 0; x < seen.frame.width; ++x) {
       const auto i = static_cast<std::size_t>(y * seen.frame.width + x);
       if (seen.is(i, test::kPerson))
         continue;
-      const bool isHole = x % kPatchWidth < kHole || y % kPatchHeight < kHole;
-      const auto steps = static_cast<float>(x / kPatchWidth);
+      const bool isHole = x % kPanelWidth < kHole || y % kPanelHeight < kHole;
+      const auto steps = static_cast<float>(x / kPanelWidth);
       seen.frame.depth[i] = isHole ? 0.0F : 3.4F + 0.2F * steps;
     }
   }
