@@ -3,6 +3,7 @@
 #include "avatar/avatar_body.h"
 #include "avatar/digitization/body_enhancement.h"
 #include "avatar/digitization/garment_finishing.h"
+#include "avatar/digitization/seen_extent.h"
 #include "avatar/skinning.h"
 #include "avatar/wardrobe/dressing_body.h"
 #include "src/program/parallel_for.h"
@@ -113,7 +114,7 @@ class Digitizer {
     result_.body =
         avatar::fitInnerBody(skinning_, turn_.betas, avatar::aPose(), fused_, options_.body);
     const avatar::ShapedBody shaped = skinning_.shape(result_.body.betas);
-    bodyVertices_ = skinning_.pose(shaped, result_.body.pose).vertices;
+    dressingBody_ = avatar::standForDressing(model_, result_.body.betas, result_.body.pose);
     result_.firstPose = avatar::carriedOver(
         turn_.frames.front().pose,
         skinning_.shape(turn_.betas),
@@ -123,19 +124,17 @@ class Digitizer {
   }
 
   void complete() {
-    result_.outer =
-        avatar::completeOuterSurface(fused_, {bodyVertices_, model_.faces}, options_.surface);
+    result_.outer = avatar::completeOuterSurface(fused_, dressingBody_.mesh(), options_.surface);
+    result_.outer = avatar::withSeenExtent(std::move(result_.outer), dressingBody_);
     for (const std::string& warning : result_.outer.warnings)
       warn(warning);
   }
 
   void dress() {
-    const avatar::DressingBody body =
-        avatar::standForDressing(model_, result_.body.betas, result_.body.pose);
     avatar::FinishingOptions finishing;
     finishing.edgeLength = options_.edgeLength;
     avatar::FinishedGarments finished =
-        avatar::finishGarments(result_.outer, result_.labels, body, finishing);
+        avatar::finishGarments(result_.outer, result_.labels, dressingBody_, finishing);
     for (const std::string& note : finished.notes)
       warn(note);
     result_.avatar.garments = std::move(finished.garments);
@@ -153,7 +152,7 @@ class Digitizer {
   Turn turn_;
   bool onePiece_ = false;
   avatar::FusedPoints fused_;
-  Eigen::Matrix3Xd bodyVertices_;  // in the canonical pose
+  avatar::DressingBody dressingBody_;  // in the canonical pose
   DigitizedPerson result_;
 };
 

@@ -7,6 +7,7 @@
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/geometry/mesh_cleanup.h"
+#include "avatar/geometry/mesh_clip.h"
 #include "avatar/geometry/mesh_intersection.h"
 #include "avatar/wardrobe/attachment.h"
 #include "avatar/wardrobe/layers_below.h"
@@ -122,16 +123,37 @@ class Tailor {
 
  private:
   void make(SurfaceLabel label, const std::string& name) {
-    std::vector<TriangleMesh> parts = connectedParts(
-        withoutPinches(labelledPart(surface_.mesh, fabric_, label, options_.cut.smoothingRounds)));
+    const TriangleMesh labelled =
+        labelledPart(surface_.mesh, fabric_, label, options_.cut.smoothingRounds);
+    const TriangleMesh seen = withoutUnseenEnds(labelled);
+    std::vector<TriangleMesh> parts = connectedParts(withoutPinches(seen));
     for (TriangleMesh& part : parts)
       part = withoutHoles(part);
     if (label == kLowerLabel)
       parts = withWaist(parts);
     const bool isGarment = !parts.empty() && totalArea(parts.front()) >= options_.smallestGarment;
     dropPieces(parts, isGarment ? 1 : 0, name);
-    if (isGarment)
-      result_.garments.push_back(garment(parts.front(), label, name));
+    if (!isGarment)
+      return;
+    if (seen.numFaces() != labelled.numFaces())
+      result_.notes.push_back(
+          name +
+          ": goes on beyond what was seen and was ended there: its real hem needs a picture "
+          "of the whole person");
+    result_.garments.push_back(garment(parts.front(), label, name));
+  }
+
+  /// The part of a piece of the surface before the limits of what was seen.
+  TriangleMesh withoutUnseenEnds(const TriangleMesh& part) const {
+    if (surface_.pastSeen.size() == 0 || part.numFaces() == 0)
+      return part;
+    const TriangleBvh bvh(surface_.mesh);
+    Eigen::VectorXd past(part.numVertices());
+    for (Eigen::Index v = 0; v < past.size(); ++v) {
+      const ClosestPoint place = bvh.closestPoint(part.vertices.col(v));
+      past[v] = place.weights.dot(surface_.pastSeen(surface_.mesh.faces.col(place.face)));
+    }
+    return clippedMesh(part, past);
   }
 
   TriangleMesh withoutHoles(const TriangleMesh& part) {

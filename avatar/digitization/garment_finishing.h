@@ -32,7 +32,8 @@ struct FinishedGarments {
 };
 
 /// Garments that can be simulated from a dressed person's surface (paper section 3): cut at the
-/// labels (one per vertex, as of parsedSurface()), the lower garment continued under the upper one,
+/// labels (one per vertex, as of parsedSurface()), ending in a plane where the person leaves what
+/// was seen (`pastSeen`, as of withSeenExtent()), the lower garment continued under the upper one,
 /// remeshed, coloured and tied to the body. No vertex is nearer to the skin or to an inner garment
 /// than the cloth's thickness and no triangle passes through them, but where skin has no room for
 /// cloth: that is noted. `body` stands in the surface's pose, arms and legs apart, and has the

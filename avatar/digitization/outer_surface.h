@@ -26,7 +26,8 @@ struct OuterSurface {
   std::vector<bool> seen;           ///< V: a fused point is near
   Eigen::Matrix3Xd colors;          ///< 3 × V display values; unseen: of the nearest seen vertex
   std::vector<LabelCounts> labels;  ///< V, summed over the fused points near; unseen: zero
-  int holesFilledByBody = 0;        ///< points of the body that stand in for what nobody saw
+  Eigen::VectorXd pastSeen;   ///< V: beyond a limb's seen part [m]; empty: no limb has a limit
+  int holesFilledByBody = 0;  ///< points of the body that stand in for what nobody saw
   std::vector<std::string> warnings;
 };
 

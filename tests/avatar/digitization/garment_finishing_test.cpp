@@ -1,6 +1,8 @@
 #include "avatar/digitization/garment_finishing.h"
 
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/digitization/garment_openings.h"
+#include "avatar/digitization/seen_extent.h"
 #include "avatar/digitization/surface_parsing.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"
@@ -72,7 +74,8 @@ TEST_P(FinishedOutfit, IsWhatWasWorn) {
   Eigen::VectorXd betas = Eigen::VectorXd::Zero(model.numBetas());
   betas[1] = worn.build;
   const test::DressedPerson person = test::dressedPerson(model, betas, worn.names);
-  const OuterSurface surface = completeOuterSurface(person.seen, person.body.mesh());
+  const OuterSurface surface =
+      withSeenExtent(completeOuterSurface(person.seen, person.body.mesh()), person.body);
   const FinishedGarments made = finishGarments(surface, parsedSurface(surface), person.body);
   ASSERT_EQ(made.garments.size(), worn.names.size());
   for (std::size_t i = 0; i < worn.names.size(); ++i) {
@@ -99,6 +102,52 @@ INSTANTIATE_TEST_SUITE_P(
         DressCase{{"trousers", "shirt"}, {3, 4}, 1.0},
         DressCase{{"skirt", "shirt"}, {2, 4}, -1.0},
         DressCase{{"dress"}, {4}, 0.0}));
+
+/// The points above a height that differs from side to side, as where a turning person leaves the
+/// picture.
+FusedPoints seenAbove(const FusedPoints& all, double height) {
+  constexpr double kWave = 0.02;  // [m]
+  std::vector<Eigen::Index> kept;
+  FusedPoints result;
+  for (Eigen::Index i = 0; i < all.size(); ++i) {
+    const double side = std::atan2(all.points(0, i), all.points(2, i));
+    if (all.points(1, i) < height + kWave * std::sin(5.0 * side))
+      continue;
+    kept.push_back(i);
+    result.labels.push_back(all.labels[static_cast<std::size_t>(i)]);
+  }
+  result.points = all.points(Eigen::all, kept);
+  result.normals = all.normals(Eigen::all, kept);
+  result.colors = all.colors(Eigen::all, kept);
+  return result;
+}
+
+TEST(FinishGarments, EndsAGarmentInARingWhereThePictureEnds) {
+  const BodyModel& model = defaultBody();
+  test::DressedPerson person =
+      test::dressedPerson(model, Eigen::VectorXd::Zero(model.numBetas()), {"dress"});
+  const double height = person.body.joints(1, kLeftHip) - 0.1;
+  const OuterSurface surface = withSeenExtent(
+      completeOuterSurface(seenAbove(person.seen, height), person.body.mesh()), person.body);
+  const FinishedGarments made = finishGarments(surface, parsedSurface(surface), person.body);
+  ASSERT_EQ(made.garments.size(), 1U);
+  ASSERT_EQ(made.notes.size(), 1U);
+  EXPECT_NE(made.notes.front().find("beyond what was seen"), std::string::npos);
+  const TriangleMesh& mesh = made.garments.front().mesh;
+  const std::vector<GarmentOpening> openings =
+      garmentOpenings(mesh, person.body.joints, model.parents);
+  ASSERT_EQ(openings.size(), 4U) << "neck, sleeves and hem";
+  const auto hem =
+      std::min_element(openings.begin(), openings.end(), [](const auto& a, const auto& b) {
+        return a.meanHeight < b.meanHeight;
+      });
+  const Eigen::VectorXd heights = mesh.vertices(1, hem->loop);
+  // Flat up to what remeshing and clearing move; not above what is seen on all sides by more than
+  // what counts as frayed.
+  EXPECT_LT(heights.maxCoeff() - heights.minCoeff(), 0.01);
+  EXPECT_GT(heights.mean(), height - 0.02);
+  EXPECT_LT(heights.mean(), height + 0.02 + SeenExtentOptions{}.frayed);
+}
 
 TEST(FinishGarments, RefusesLabelsOfAnotherSurface) {
   const DressingBody body =
