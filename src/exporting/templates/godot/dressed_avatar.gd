@@ -2,6 +2,9 @@ extends Spatial
 # Plays the avatar's clip and simulates its clothes: every garment a SoftBody whose pins follow the
 # bones, the body a set of capsules. Godot 3 drops glTF's extras, so they come from parameters.json.
 
+const SKIN = 0.01            # [m] that capsules are wider here: distance fields have cells of 8 cm
+const LAYER_DISTANCE = 0.01  # [m] from layer to layer
+
 export(PackedScene) var avatar
 
 var skeleton
@@ -19,16 +22,28 @@ func _ready():
 	player = find_of_class(scene, "AnimationPlayer")
 	if player != null and player.get_animation_list().size() > 0:
 		player.get_animation(player.get_animation_list()[0]).loop = true
+		player.playback_process_mode = AnimationPlayer.ANIMATION_PROCESS_PHYSICS
 		player.play(player.get_animation_list()[0])
 		player.seek(0.0, true)
-	for capsule in parameters.body.capsules:
-		add_capsule(capsule)
+	for layer in layers_of(parameters.garments):
+		for capsule in parameters.body.capsules:
+			add_capsule(capsule, layer)
+	follow()
+	# Bullet takes the capsules' way from the origin to here for a velocity. Clothes come after it.
+	for _step in range(2):
+		yield(get_tree(), "physics_frame")
 	for name in parameters.garments:
 		add_garment(scene.find_node(name, true, false), parameters.garments[name])
-	follow()
 
 func _physics_process(_delta):
 	follow()
+
+func layers_of(garments):
+	var layers = []
+	for name in garments:
+		if not layers.has(int(garments[name].layer)):
+			layers.append(int(garments[name].layer))
+	return layers
 
 # The importer writes spine1 as spine_1.
 func bone_named(name):
@@ -55,16 +70,18 @@ func rest_of(bone):
 		rest[bone] = own if parent < 0 else rest_of(parent) * own
 	return rest[bone]
 
-func add_capsule(capsule):
+# Hulls of points instead of CapsuleShape: its radius is a collision margin, which the distance fields
+# of Bullet's soft bodies leave out, so that they would see its axis alone. Soft bodies pass through
+# each other here; outer layers keep a little more distance instead.
+func add_capsule(capsule, layer):
 	var bone = bone_named(capsule.joint)
 	var a = vector(capsule.p0)
 	var b = vector(capsule.p1)
-	var shape = CapsuleShape.new()
-	shape.radius = capsule.radius
-	shape.height = max((b - a).length(), 0.001)
 	var collision = CollisionShape.new()
-	collision.shape = shape
+	collision.shape = capsule_hull(capsule.radius + SKIN + layer * LAYER_DISTANCE, (b - a).length())
 	var body = KinematicBody.new()
+	body.collision_layer = 1 << layer
+	body.collision_mask = 0
 	body.add_child(collision)
 	add_child(body)
 	var z = (b - a).normalized() if a.distance_to(b) > 1e-6 else Vector3(0, 0, 1)
@@ -72,6 +89,23 @@ func add_capsule(capsule):
 	# Capsules are given in the joint's own frame, whose axes are those of the world at rest.
 	var at_rest = Transform(Basis(x, z.cross(x), z), rest_of(bone).origin + (a + b) * 0.5)
 	capsules.append([body, bone, at_rest])
+
+# Along z, around the origin.
+func capsule_hull(radius, length):
+	var points = PoolVector3Array()
+	for end in [-1.0, 1.0]:
+		for ring in range(4):
+			var latitude = ring * PI / 8.0
+			for k in range(12):
+				var longitude = k * PI / 6.0
+				points.append(Vector3(
+					radius * cos(latitude) * cos(longitude),
+					radius * cos(latitude) * sin(longitude),
+					end * (0.5 * length + radius * sin(latitude))))
+		points.append(Vector3(0, 0, end * (0.5 * length + radius)))
+	var shape = ConvexPolygonShape.new()
+	shape.points = points
+	return shape
 
 func add_garment(skinned, parameters):
 	var arrays = skinned.mesh.surface_get_arrays(0)
@@ -93,6 +127,8 @@ func add_garment(skinned, parameters):
 	cloth.areaAngular_stiffness = hints.area_angular_stiffness
 	cloth.damping_coefficient = hints.damping_coefficient
 	cloth.pressure_coefficient = 0
+	cloth.collision_layer = 0
+	cloth.collision_mask = 1 << int(parameters.layer)
 	var pins = PoolIntArray()
 	for pin in pins_of(parameters):
 		pins.append(int(pin))
