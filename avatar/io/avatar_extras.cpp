@@ -1,5 +1,7 @@
 #include "avatar/io/avatar_extras.h"
 
+#include "avatar/avatar_body.h"
+#include "avatar/avatar_pose.h"
 #include "avatar/io/file_error.h"
 
 #include <nlohmann/json.hpp>
@@ -51,6 +53,8 @@ class ExtrasReader {
               std::to_string(kAvatarExtrasVersion) + "; update simulcap or write the avatar again");
     }
   }
+
+  bool contains(const std::string& key) const { return object_.contains(key); }
 
   double number(const std::string& key) const { return asNumber(required(key), key); }
 
@@ -227,13 +231,22 @@ std::map<std::string, std::map<std::string, double>> readHints(const ExtrasReade
 
 }  // namespace
 
-json bodyExtras(const AvatarBody& body, const std::vector<std::string>& jointNames) {
+BodyPose filePose(const LayeredAvatar& avatar) {
+  return avatar.garments.empty() ? BodyPose{} : avatar.garments.front().bindPose;
+}
+
+json bodyExtras(const AvatarBody& body, const BodyPose& pose) {
+  const std::vector<std::string> names = jointNames(static_cast<int>(body.parents.size()));
+  const std::vector<Eigen::Isometry3d> frames = worldFromJoints(body, pose);
   json capsules = json::array();
   for (const BodyCapsule& capsule : body.capsules) {
+    const auto joint = static_cast<std::size_t>(capsule.joint);
     capsules.push_back(
-        {{"joint", jointNames[static_cast<std::size_t>(capsule.joint)]},
-         {"p0", numbers(capsule.start)},
-         {"p1", numbers(capsule.end)},
+        {{"joint", names[joint]},
+         {"p0", numbers(frames[joint] * capsule.start)},
+         {"p1", numbers(frames[joint] * capsule.end)},
+         {"local_p0", numbers(capsule.start)},
+         {"local_p1", numbers(capsule.end)},
          {"radius", capsule.radius}});
   }
   return {
@@ -285,10 +298,11 @@ void readBodyExtras(
     if (joint == jointNames.end()) {
       entry.fail("joint", "no joint of the skeleton is called \"" + name + "\"");
     }
+    const bool isLocal = !entry.contains("local_p0");  // of files of before
     body.capsules.push_back(
         {static_cast<int>(joint - jointNames.begin()),
-         entry.vector("p0"),
-         entry.vector("p1"),
+         entry.vector(isLocal ? "p0" : "local_p0"),
+         entry.vector(isLocal ? "p1" : "local_p1"),
          entry.number("radius")});
   }
 }

@@ -10,14 +10,18 @@
 namespace avatar {
 
 /// What glTF has no place for travels in the `extras` of the avatar's nodes, as JSON. Numbers are
-/// doubles written with the digits that bring them back exactly. Lists that are empty are absent.
+/// doubles written with the digits that bring them back exactly.
 inline constexpr int kAvatarExtrasVersion = 1;
 inline constexpr const char* kBodyExtrasKey = "simulcap_body";
 inline constexpr const char* kClothExtrasKey = "simulcap_cloth";
 
-/// {version, model, betas, capsules [{joint: name, p0, p1 [m, in the joint's own frame], radius}],
-/// color}.
-nlohmann::json bodyExtras(const AvatarBody& body, const std::vector<std::string>& jointNames);
+/// The pose in which a file shows its avatar: that of its first garment's mesh, so that programs
+/// which look at meshes and joints alone find them in one place; at rest without garments.
+BodyPose filePose(const LayeredAvatar& avatar);
+
+/// {version, model, betas, capsules [{joint: name, p0, p1 [m, with the skeleton in `pose`],
+/// local_p0, local_p1 [m, the same in the joint's own frame], radius}], color}.
+nlohmann::json bodyExtras(const AvatarBody& body, const BodyPose& pose);
 
 /// {version, layer, stretch_k, torsion_w, mass_mode, vertex_mass_kg, areal_density_kg_m2,
 /// damping_mode, damping, friction, thickness_m, edge_stretch_k, edge_torsion_w, vertex_masses_kg,

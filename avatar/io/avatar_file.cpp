@@ -8,7 +8,9 @@
 #include "avatar/io/avatar_glb.h"
 #include "avatar/io/file_error.h"
 #include "avatar/io/glb_reader.h"
+#include "avatar/skinning.h"
 
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -21,37 +23,30 @@ namespace {
 
 using nlohmann::json;
 
-/// 360° in an A-pose about the vertical through the pelvis, the soles on y = 0.
-Motion turntable(const AvatarBody& body) {
+/// 360° from a pose on, about the vertical through the pelvis.
+Motion turntable(const AvatarBody& body, BodyPose pose) {
   constexpr int kSteps = 48;
   constexpr double kSeconds = 6.0;
-  BodyPose pose = aPose();
-  const auto numValues = 3 * static_cast<Eigen::Index>(body.parents.size());
-  pose.jointRotations.conservativeResize(std::min(numValues, pose.jointRotations.size()));
-  pose.jointRotations.head<3>().setZero();
-  const Eigen::Vector3d pelvis = body.joints.col(0);
-  pose.translation = {-pelvis.x(), 0.0, -pelvis.z()};
-  pose.translation.y() -= posedVertices(body, pose).row(1).minCoeff();
-  Motion motion{.framesPerSecond = kSteps / kSeconds, .betas = body.betas, .frames = {}};
-  for (int step = 0; step <= kSteps; ++step) {
-    pose.jointRotations[1] = 2.0 * std::numbers::pi * step / kSteps;
+  const Eigen::Index numValues = std::max<Eigen::Index>(3, pose.jointRotations.size());
+  pose.jointRotations.conservativeResizeLike(Eigen::VectorXd::Zero(numValues));
+  const Eigen::Matrix3d start = rotationMatrix(pose.jointRotations.head<3>());
+  Motion motion{.framesPerSecond = kSteps / kSeconds, .betas = body.betas, .frames = {pose}};
+  for (int step = 1; step <= kSteps; ++step) {
+    const Eigen::AngleAxisd turn(2.0 * std::numbers::pi * step / kSteps, Eigen::Vector3d::UnitY());
+    const Eigen::AngleAxisd turned(turn.toRotationMatrix() * start);
+    pose.jointRotations.head<3>() = turned.angle() * turned.axis();
     motion.frames.push_back(pose);
   }
   return motion;
 }
 
-void setExtras(GlbBuilder& builder, int node, const char* key, const json& value) {
-  builder.model.nodes[static_cast<std::size_t>(node)].extras =
-      toGltfValue(json::object({{key, value}}));
-}
-
 std::string avatarBytes(const LayeredAvatar& avatar) {
   const AvatarBody& body = avatar.body;
-  const std::vector<std::string> names = jointNames(static_cast<int>(body.parents.size()));
   GlbBuilder builder;
-  const SkeletonNodes skeleton = addSkeleton(builder, body);
+  const BodyPose pose = filePose(avatar);
+  const SkeletonNodes skeleton = addSkeleton(builder, body, pose);
   const int bodyNode = addBodyPart(builder, body, skeleton);
-  setExtras(builder, bodyNode, kBodyExtrasKey, bodyExtras(body, names));
+  builder.setExtras(bodyNode, {{kBodyExtrasKey, bodyExtras(body, pose)}});
   for (const Garment& garment : avatar.garments) {
     const SkinnedPart part{
         .mesh = &garment.mesh,
@@ -63,9 +58,9 @@ std::string avatarBytes(const LayeredAvatar& avatar) {
             .vertexColors = garment.vertexColors,
             .twoSided = true}};
     const int node = addSkinnedPart(builder, body, skeleton, part);
-    setExtras(builder, node, kClothExtrasKey, clothExtras(garment));
+    builder.setExtras(node, {{kClothExtrasKey, clothExtras(garment)}});
   }
-  const Motion turn = turntable(body);
+  const Motion turn = turntable(body, pose);
   builder.model.animations.push_back(makeSkeletonClip(
       builder, body, skeleton, turn, addTimes(builder, turn.frames.size(), turn.framesPerSecond)));
   builder.model.animations.back().name = "turn";

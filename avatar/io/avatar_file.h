@@ -7,10 +7,10 @@
 namespace avatar {
 
 /// Writes an avatar as binary glTF 2.0 (.glb) for every viewer and engine: the skeleton's joint
-/// nodes (jointNames()) at rest, the skinned mesh node `body`, and one skinned mesh node per
+/// nodes (jointNames()) in filePose(), the skinned mesh node `body`, and one skinned mesh node per
 /// garment, bound in the pose its mesh was made in, so that the mesh is its rest shape. What glTF
-/// has no place for is in the nodes' extras (avatar_extras.h). A clip "turn" of the person in an
-/// A-pose on a turntable, soles on y = 0, is for viewers and no part of the avatar.
+/// has no place for is in the nodes' extras (avatar_extras.h). A clip "turn" of the person on a
+/// turntable, from that pose on, is for viewers and no part of the avatar.
 ///
 /// Vertices, joints and skinning weights are float32 in the file and everything else is exact: an
 /// avatar whose geometry is float32 already (makeAvatarBody(), limitedWeights()) is read back bit

@@ -90,18 +90,21 @@ LayeredAvatar asStored(const LayeredAvatar& avatar) {
   return stored;
 }
 
-SkeletonNodes addSkeleton(GlbBuilder& builder, const AvatarBody& body) {
+SkeletonNodes addSkeleton(GlbBuilder& builder, const AvatarBody& body, const BodyPose& pose) {
   const std::vector<std::string> names = jointNames(static_cast<int>(body.parents.size()));
   SkeletonNodes skeleton;
   for (std::size_t joint = 0; joint < names.size(); ++joint) {
     const int parent = body.parents[joint];
     Eigen::Vector3d place = body.joints.col(static_cast<Eigen::Index>(joint));
-    if (parent >= 0) {
-      place -= body.joints.col(parent);
-    }
+    place += parent >= 0 ? Eigen::Vector3d(-body.joints.col(parent)) : pose.translation;
     tinygltf::Node node;
     node.name = names[joint];
     node.translation = {place.x(), place.y(), place.z()};
+    const Eigen::Vector3d rotation = rotationOf(pose, static_cast<Eigen::Index>(joint));
+    if (!rotation.isZero(0.0)) {
+      const Eigen::Quaterniond turn(rotationMatrix(rotation));
+      node.rotation = {turn.x(), turn.y(), turn.z(), turn.w()};
+    }
     skeleton.joints.push_back(builder.addNode(std::move(node)));
     std::vector<int>& list = parent < 0
                                  ? builder.model.scenes[0].nodes

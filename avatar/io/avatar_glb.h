@@ -17,12 +17,14 @@ namespace avatar {
 LayeredAvatar asStored(const LayeredAvatar& avatar);
 AvatarBody asStored(const AvatarBody& body);
 
-/// A skeleton in a document: one node per joint in the rest pose, children below their parents.
+/// A skeleton in a document: one node per joint, children below their parents.
 struct SkeletonNodes {
   std::vector<int> joints;  ///< J node indices
 };
 
-SkeletonNodes addSkeleton(GlbBuilder& builder, const AvatarBody& body);
+/// In `pose` as long as no clip moves it.
+SkeletonNodes addSkeleton(
+    GlbBuilder& builder, const AvatarBody& body, const BodyPose& pose = BodyPose{});
 
 /// How a mesh looks and what is drawn of it.
 struct MeshLook {

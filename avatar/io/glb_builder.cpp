@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -52,6 +53,38 @@ int gltfVectorType(Eigen::Index rows) {
 
 std::vector<double> doubles(const Eigen::VectorXf& values) {
   return {values.data(), values.data() + values.size()};
+}
+
+void putUint32(std::string& bytes, std::size_t place, std::size_t value) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes[place + i] = static_cast<char>((value >> (8 * i)) & 0xFFU);
+  }
+}
+
+std::size_t uint32At(const std::string& bytes, std::size_t place) {
+  std::size_t value = 0;
+  for (std::size_t i = 4; i-- > 0;) {
+    value = (value << 8U) | static_cast<unsigned char>(bytes[place + i]);
+  }
+  return value;
+}
+
+/// The file with more in its JSON, which is the first chunk: 12 bytes of header (the last 4 its
+/// whole length), 4 of the chunk's length, 4 of its type, then the text, filled up to words with
+/// spaces.
+std::string withExtras(const std::string& bytes, const std::map<int, std::string>& extras) {
+  constexpr std::size_t kText = 20;
+  const std::size_t end = kText + uint32At(bytes, 12);
+  nlohmann::json document = nlohmann::json::parse(bytes.substr(kText, end - kText));
+  for (const auto& [node, text] : extras) {
+    document["nodes"][static_cast<std::size_t>(node)]["extras"] = nlohmann::json::parse(text);
+  }
+  std::string text = document.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string result = bytes.substr(0, kText) + text + bytes.substr(end);
+  putUint32(result, 8, result.size());
+  putUint32(result, 12, text.size());
+  return result;
 }
 
 }  // namespace
@@ -163,6 +196,10 @@ int GlbBuilder::addMaterial(tinygltf::Material material) {
   return static_cast<int>(model.materials.size()) - 1;
 }
 
+void GlbBuilder::setExtras(int node, const nlohmann::json& extras) {
+  extras_[node] = extras.dump();
+}
+
 std::string GlbBuilder::takeBytes() {
   model.buffers.resize(1);
   model.buffers[0].data = std::move(buffer_);
@@ -171,36 +208,8 @@ std::string GlbBuilder::takeBytes() {
   if (!writer.WriteGltfSceneToStream(&model, stream, false, true)) {
     throw std::runtime_error("tinygltf could not write the document");
   }
-  return std::move(stream).str();
-}
-
-tinygltf::Value toGltfValue(const nlohmann::json& json) {
-  if (json.is_boolean()) {
-    return tinygltf::Value(json.get<bool>());
-  }
-  if (json.is_number_integer()) {
-    return tinygltf::Value(json.get<int>());
-  }
-  if (json.is_number()) {
-    return tinygltf::Value(json.get<double>());
-  }
-  if (json.is_string()) {
-    return tinygltf::Value(json.get<std::string>());
-  }
-  if (json.is_array()) {
-    tinygltf::Value::Array values;
-    for (const nlohmann::json& entry : json) {
-      values.push_back(toGltfValue(entry));
-    }
-    return tinygltf::Value(std::move(values));
-  }
-  tinygltf::Value::Object values;
-  for (const auto& [key, entry] : json.items()) {
-    if (!entry.empty()) {
-      values[key] = toGltfValue(entry);
-    }
-  }
-  return tinygltf::Value(std::move(values));
+  std::string bytes = std::move(stream).str();
+  return extras_.empty() ? bytes : withExtras(bytes, extras_);
 }
 
 double linearFromDisplay(double display) {

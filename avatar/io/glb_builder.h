@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <tiny_gltf.h>
 #include <vector>
@@ -45,6 +46,9 @@ class GlbBuilder {
   int addSkin(tinygltf::Skin skin);
   int addMaterial(tinygltf::Material material);
 
+  /// What glTF has no place for, with a node. Lists may be empty, for which tinygltf has no value.
+  void setExtras(int node, const nlohmann::json& extras);
+
   /// The whole file. The builder is spent.
   std::string takeBytes();
 
@@ -52,10 +56,8 @@ class GlbBuilder {
   int addAccessor(const void* data, std::size_t size, Use use, tinygltf::Accessor accessor);
 
   std::vector<unsigned char> buffer_;
+  std::map<int, std::string> extras_;  // as JSON, by node
 };
-
-/// As tinygltf wants extras. Empty arrays and objects are left out: tinygltf has no value for them.
-tinygltf::Value toGltfValue(const nlohmann::json& json);
 
 /// Display value (sRGB, IEC 61966-2-1) to light intensity, each in [0, 1], and back.
 double linearFromDisplay(double display);

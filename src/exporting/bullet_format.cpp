@@ -148,7 +148,7 @@ std::vector<std::string> exportBullet(const ExportSource& source, const ExportPl
   const nlohmann::json sidecar = {
       {"unit", "m"},
       {"up_axis", "y"},
-      {"body", avatar::bodyExtras(body, avatar::jointNames(static_cast<int>(body.joints.cols())))},
+      {"body", avatar::bodyExtras(body, avatar::filePose(source.avatar))},
       {"garments", garments}};
   avatar::writeFileAtomically(files[2], sidecar.dump(1) + "\n");
   return files;

@@ -1,4 +1,3 @@
-#include "avatar/avatar_body.h"
 #include "avatar/geometry/mesh.h"
 #include "avatar/io/atomic_file.h"
 #include "avatar/io/avatar_extras.h"
@@ -18,8 +17,8 @@ using avatar::Garment;
 using avatar::LayeredAvatar;
 using nlohmann::json;
 
-json bodyParameters(const avatar::AvatarBody& body) {
-  return avatar::bodyExtras(body, avatar::jointNames(static_cast<int>(body.joints.cols())));
+json bodyParameters(const LayeredAvatar& avatar) {
+  return avatar::bodyExtras(avatar.body, avatar::filePose(avatar));
 }
 
 /// {body, garments by name}: the extras of the avatar's nodes with suggestions for every engine.
@@ -27,7 +26,7 @@ json allParameters(const LayeredAvatar& avatar) {
   json garments = json::object();
   for (const Garment& garment : avatar.garments)
     garments[garment.name] = avatar::clothExtras(withEngineHints(garment));
-  return {{"body", bodyParameters(avatar.body)}, {"garments", garments}};
+  return {{"body", bodyParameters(avatar)}, {"garments", garments}};
 }
 
 /// As JsonUtility of Unity reads it: fields of classes, no dictionaries.
@@ -42,7 +41,7 @@ json unityParameters(const LayeredAvatar& avatar) {
         std::vector<double>(garment.maxDistance.begin(), garment.maxDistance.end());
     garments.push_back(entry);
   }
-  return {{"capsules", bodyParameters(avatar.body)["capsules"]}, {"garments", garments}};
+  return {{"capsules", bodyParameters(avatar)["capsules"]}, {"garments", garments}};
 }
 
 /// [m] Y up to [cm] Z up, left-handed, as Unreal has it: y mirrored.
@@ -77,7 +76,7 @@ std::string writeUnrealGarment(const Garment& garment, const ExportPlace& place,
 
 void scalePoints(json& capsules, double factor) {
   for (json& capsule : capsules) {
-    for (const char* end : {"p0", "p1"})
+    for (const char* end : {"p0", "p1", "local_p0", "local_p1"})
       for (json& value : capsule[end])
         value = factor * value.get<double>();
     capsule["radius"] = factor * capsule["radius"].get<double>();

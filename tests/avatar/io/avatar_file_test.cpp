@@ -138,6 +138,9 @@ TEST(AvatarFile, EmptyListsAndNonUniformClothComeBack) {
   shirt.cloth.edgeTorsionStiffness.assign(numInner, 1.0 / 3.0);
   writeAvatar(folder.path("a.glb"), avatar);
   expectEqual(readAvatar(folder.path("a.glb")), avatar);
+  // Programs of others look for `pins` and would stumble if there were none.
+  const GlbParts parts(test::fileBytes(folder.path("a.glb")));
+  EXPECT_EQ(parts.extras("shirt", "simulcap_cloth")["pins"], json::array());
   avatar.garments.clear();
   writeAvatar(folder.path("a.glb"), avatar);
   expectEqual(readAvatar(folder.path("a.glb")), avatar);
@@ -158,6 +161,45 @@ TEST(AvatarFile, ManyJointsNeedTwoBytesEach) {
   expectEqual(readAvatar(folder.path("a.glb")), avatar);
 }
 
+/// World from each node, by its place in the document.
+std::vector<Eigen::Isometry3d> nodeFrames(const json& document) {
+  const json& nodes = document["nodes"];
+  std::vector<Eigen::Isometry3d> frames(nodes.size(), Eigen::Isometry3d::Identity());
+  std::vector<std::size_t> parents(nodes.size(), nodes.size());
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    for (const json& child : nodes[n].value("children", json::array()))
+      parents[child.get<std::size_t>()] = n;
+    const auto place = nodes[n].value("translation", std::vector<double>{0.0, 0.0, 0.0});
+    const auto turn = nodes[n].value("rotation", std::vector<double>{0.0, 0.0, 0.0, 1.0});
+    const Eigen::Isometry3d own = Eigen::Translation3d(place[0], place[1], place[2]) *
+                                  Eigen::Quaterniond(turn[3], turn[0], turn[1], turn[2]);
+    // Parents are written before their children.
+    frames[n] = parents[n] < n ? frames[parents[n]] * own : own;
+  }
+  return frames;
+}
+
+TEST(AvatarFile, SkeletonAndCapsulesAreWhereTheGarmentsMeshesAre) {
+  const json document = GlbParts(sampleBytes()).document;
+  const std::vector<Eigen::Isometry3d> nodes = nodeFrames(document);
+  const LayeredAvatar& avatar = sample();
+  const std::vector<Eigen::Isometry3d> expected =
+      worldFromJoints(avatar.body, avatar.garments[0].bindPose);
+  const json& joints = document["skins"][0]["joints"];
+  for (std::size_t j = 0; j < expected.size(); ++j)
+    EXPECT_TRUE(nodes[joints[j].get<std::size_t>()].isApprox(expected[j], 1e-6)) << j;
+  const json body =
+      *std::find_if(document["nodes"].begin(), document["nodes"].end(), [](const json& node) {
+        return node["name"] == "body";
+      });
+  for (std::size_t c = 0; c < avatar.body.capsules.size(); ++c) {
+    const BodyCapsule& capsule = avatar.body.capsules[c];
+    const auto p0 = body["extras"]["simulcap_body"]["capsules"][c]["p0"].get<std::vector<double>>();
+    const Eigen::Vector3d place = expected[static_cast<std::size_t>(capsule.joint)] * capsule.start;
+    EXPECT_LT((Eigen::Vector3d(p0[0], p0[1], p0[2]) - place).norm(), 1e-12);
+  }
+}
+
 TEST(AvatarFile, IsWhatOtherProgramsExpect) {
   const json document = GlbParts(sampleBytes()).document;
   EXPECT_FALSE(document.contains("extensionsUsed"));
@@ -171,7 +213,7 @@ TEST(AvatarFile, IsWhatOtherProgramsExpect) {
   EXPECT_EQ(body["model"], "capsule figure");
   EXPECT_EQ(body["betas"][2].get<double>(), 1.0 / 3.0);
   EXPECT_TRUE(body["capsules"][0]["joint"].is_string());
-  EXPECT_EQ(body["capsules"][0]["p0"].size(), 3u);
+  EXPECT_EQ(body["capsules"][0]["local_p0"].size(), 3u);
   const json cloth = named("shirt")["extras"]["simulcap_cloth"];
   for (const char* key :
        {"version",

@@ -10,7 +10,7 @@ export(PackedScene) var avatar
 var skeleton
 var player
 var rest = {}       # bone -> its global transform at rest
-var capsules = []   # [KinematicBody, bone, transform at rest]
+var capsules = []   # {node: KinematicBody, bone, from_bone: Transform, radius, length}
 var followers = {}  # bone -> Spatial that moves with it
 var garments = []   # SoftBody
 
@@ -29,6 +29,9 @@ func _ready():
 		for capsule in parameters.body.capsules:
 			add_capsule(capsule, layer)
 	follow()
+	var body = scene.find_node("body", true, false)
+	paint(body, body.mesh.surface_get_arrays(0))
+	$Camera.translation += skeleton.to_global(skeleton.get_bone_global_pose(0).origin)
 	# Bullet takes the capsules' way from the origin to here for a velocity. Clothes come after it.
 	for _step in range(2):
 		yield(get_tree(), "physics_frame")
@@ -55,7 +58,7 @@ func bone_named(name):
 
 func follow():
 	for c in capsules:
-		c[0].global_transform = moved(c[1]) * c[2]
+		c.node.global_transform = skeleton.global_transform * skeleton.get_bone_global_pose(c.bone) * c.from_bone
 	for bone in followers:
 		followers[bone].global_transform = moved(bone)
 
@@ -75,8 +78,8 @@ func rest_of(bone):
 # each other here; outer layers keep a little more distance instead.
 func add_capsule(capsule, layer):
 	var bone = bone_named(capsule.joint)
-	var a = vector(capsule.p0)
-	var b = vector(capsule.p1)
+	var a = vector(capsule.local_p0)
+	var b = vector(capsule.local_p1)
 	var collision = CollisionShape.new()
 	collision.shape = capsule_hull(capsule.radius + SKIN + layer * LAYER_DISTANCE, (b - a).length())
 	var body = KinematicBody.new()
@@ -86,9 +89,9 @@ func add_capsule(capsule, layer):
 	add_child(body)
 	var z = (b - a).normalized() if a.distance_to(b) > 1e-6 else Vector3(0, 0, 1)
 	var x = z.cross(Vector3(0, 0, 1) if abs(z.z) < 0.9 else Vector3(1, 0, 0)).normalized()
-	# Capsules are given in the joint's own frame, whose axes are those of the world at rest.
-	var at_rest = Transform(Basis(x, z.cross(x), z), rest_of(bone).origin + (a + b) * 0.5)
-	capsules.append([body, bone, at_rest])
+	capsules.append({
+		"node": body, "bone": bone, "from_bone": Transform(Basis(x, z.cross(x), z), (a + b) * 0.5),
+		"radius": capsule.radius, "length": (b - a).length()})
 
 # Along z, around the origin.
 func capsule_hull(radius, length):
@@ -113,6 +116,7 @@ func add_garment(skinned, parameters):
 	plain.resize(Mesh.ARRAY_MAX)
 	plain[Mesh.ARRAY_VERTEX] = skinned_vertices(skinned, arrays)
 	plain[Mesh.ARRAY_NORMAL] = arrays[Mesh.ARRAY_NORMAL]
+	plain[Mesh.ARRAY_COLOR] = arrays[Mesh.ARRAY_COLOR]
 	plain[Mesh.ARRAY_INDEX] = arrays[Mesh.ARRAY_INDEX]
 	var mesh = ArrayMesh.new()
 	mesh.add_surface_from_arrays(Mesh.PRIMITIVE_TRIANGLES, plain)
@@ -142,7 +146,18 @@ func add_garment(skinned, parameters):
 		cloth.set("attachments/%d/offset" % k, place)
 	skinned.visible = false
 	add_child(cloth)
+	paint(cloth, arrays)
 	garments.append(cloth)
+
+# The importer reads vertex colours, but materials don't use them.
+func paint(thing, arrays):
+	if arrays[Mesh.ARRAY_COLOR] == null:
+		return
+	var material = SpatialMaterial.new()
+	material.vertex_color_use_as_albedo = true
+	material.roughness = 0.9
+	material.params_cull_mode = SpatialMaterial.CULL_DISABLED
+	thing.material_override = material
 
 # Bullet softens contact with moved bodies to a tenth, too little to carry clothes: those without pins
 # hang on their upper edge, which is where they may get away least.

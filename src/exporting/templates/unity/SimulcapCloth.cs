@@ -9,7 +9,7 @@ using UnityEngine;
 
 public static class SimulcapCloth
 {
-    [System.Serializable] class Capsule { public string joint; public float[] p0, p1; public float radius; }
+    [System.Serializable] class Capsule { public string joint; public float[] local_p0, local_p1; public float radius; }
     [System.Serializable] class Garment
     {
         public string name;
@@ -46,7 +46,7 @@ public static class SimulcapCloth
     {
         var joint = Find(root, capsule.joint);
         if (joint == null) { Debug.LogWarning("no joint " + capsule.joint); return null; }
-        Vector3 a = ToUnity(capsule.p0), b = ToUnity(capsule.p1);
+        Vector3 a = ToUnity(capsule.local_p0), b = ToUnity(capsule.local_p1);
         var holder = new GameObject("capsule_" + capsule.joint);
         holder.transform.SetParent(joint, false);
         holder.transform.localPosition = 0.5f * (a + b);
