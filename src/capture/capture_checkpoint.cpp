@@ -3,6 +3,7 @@
 #include "avatar/io/file_error.h"
 #include "avatar/io/npz.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -35,6 +36,8 @@ void addTracking(const TrackingState& tracking, NpzArrays& arrays) {
   arrays["tracking_pose"] = poseArray(tracker.pose);
   arrays["tracking_pose_before"] = poseArray(tracker.before);
   arrays["tracking_betas"] = NpyArray::fromMatrix(tracker.betas);
+  arrays["tracking_unseen_seconds"] = NpyArray::fromMatrix(Eigen::Map<const Eigen::VectorXd>(
+      tracker.unseenSeconds.data(), static_cast<Eigen::Index>(tracker.unseenSeconds.size())));
   arrays["tracking_beta_information"] = NpyArray::fromMatrix(tracker.betaInformation);
 }
 
@@ -53,6 +56,10 @@ TrackingState trackingOf(const NpzArrays& arrays) {
   tracker.before = poseOf(arrays.at("tracking_pose_before"));
   tracker.betas = arrays.at("tracking_betas").asMatrix();
   tracker.betaInformation = arrays.at("tracking_beta_information").asMatrix();
+  const Eigen::VectorXd unseen = arrays.at("tracking_unseen_seconds").asMatrix();
+  if (unseen.size() != static_cast<Eigen::Index>(tracker.unseenSeconds.size()))
+    throw std::invalid_argument("a time is expected per tracked joint");
+  std::copy(unseen.begin(), unseen.end(), tracker.unseenSeconds.begin());
   return tracking;
 }
 

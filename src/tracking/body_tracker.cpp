@@ -78,14 +78,18 @@ class BodyTracker::Implementation {
       return {};
     }
     const bool started = state_.framesTracked > 0;
+    const JointSet held = longUnseen(state_.unseenSeconds);
     PoseSolution solution;
-    solution.parameters = {started ? predicted(timestamp) : state_.pose, state_.betas};
+    solution.parameters = {started ? predicted(timestamp, held) : state_.pose, state_.betas};
     MatchQuality quality;
     bool found = false;
     if (visible && started) {
       PoseSolverOptions options = trackingOptions(timestamp);
       options.betas = betaKnowledge();
+      options.held = held;
       solution = solvePose(*surface_, regularizer_, view, solution.parameters, options);
+      solution.parameters.pose =
+          settled(solution.parameters.pose, state_.pose, held, timestamp - state_.timestamp);
       quality = qualityOf(solution, view);
       found = isFound(quality);
     }
@@ -97,6 +101,8 @@ class BodyTracker::Implementation {
         solution = fresh;
         quality = freshQuality;
         found = !started || isFound(quality);
+        state_.unseenSeconds = {};
+        addFrame(quality.jointUnseen, kNeverSeen, state_.unseenSeconds);
       }
     }
     return accepted(solution, quality, found, timestamp);
@@ -145,7 +151,7 @@ class BodyTracker::Implementation {
     }
   }
 
-  avatar::BodyPose predicted(double timestamp) const {
+  avatar::BodyPose predicted(double timestamp, const JointSet& held) const {
     const double step = state_.timestamp - state_.timestampBefore;
     constexpr double kLongest = 0.15;  // [s]: farther ahead nobody moves on in a straight line
     constexpr double kPersistence = 0.8;
@@ -153,7 +159,12 @@ class BodyTracker::Implementation {
       return state_.pose;
     }
     const double ahead = std::min(timestamp - state_.timestamp, kLongest);
-    return extrapolated(state_.before, state_.pose, kPersistence * ahead / step);
+    avatar::BodyPose pose = extrapolated(state_.before, state_.pose, kPersistence * ahead / step);
+    for (int joint = 0; joint < kNumTrackedJoints; ++joint)
+      if (held[static_cast<std::size_t>(joint)])
+        pose.jointRotations.segment<3>(3 * joint) =
+            state_.pose.jointRotations.segment<3>(3 * joint);
+    return pose;
   }
 
   PoseSolverOptions trackingOptions(double timestamp) const {
@@ -196,6 +207,7 @@ class BodyTracker::Implementation {
   struct Candidate {
     double cost = 0.0;
     PoseSolution solution;
+    JointSet held;
   };
 
   static void sortByCost(std::vector<Candidate>& candidates) {
@@ -209,15 +221,17 @@ class BodyTracker::Implementation {
   std::vector<Candidate> roughStarts(const DepthView& view) const {
     PoseSolverOptions rough = startOptions();
     rough.iterations = 4;
-    rough.rootOnly = true;
+    rough.held.set();
+    rough.held.reset(avatar::kPelvis);
     rough.regularization.temporal = 0.02;
     rough.laterInterWeight = options_.firstInterWeight;
     std::vector<Candidate> candidates;
     for (const BodyParameters& start :
          coarseAlignments(*surface_, view, state_.betas, !state_.betasHeld)) {
       PoseSolution solution = solvePose(*surface_, regularizer_, view, start, rough);
-      const double cost = qualityOf(solution, view).meanCost;
-      candidates.push_back({cost, std::move(solution)});
+      const MatchQuality quality = qualityOf(solution, view);
+      candidates.push_back(
+          {quality.meanCost, std::move(solution), unseenJoints(quality.jointUnseen)});
     }
     return candidates;
   }
@@ -226,6 +240,7 @@ class BodyTracker::Implementation {
     PoseSolverOptions fine = startOptions();
     fine.regularization.temporal = 0.02;
     fine.laterInterWeight = options_.firstInterWeight;
+    fine.held = candidate.held;
     for (const int iterations : {8, 12}) {
       fine.iterations = iterations;
       BodyParameters from = candidate.solution.parameters;
@@ -235,6 +250,8 @@ class BodyTracker::Implementation {
         fine.betas->mean.setZero();
       candidate.solution = solvePose(*surface_, regularizer_, view, from, fine);
     }
+    BodyParameters& found = candidate.solution.parameters;
+    found.pose = settled(found.pose, found.pose, candidate.held, kNeverSeen);
     candidate.solution.visible = visibleSamples(*surface_, candidate.solution.parameters, camera_);
     candidate.cost = qualityOf(candidate.solution, view).meanCost;
   }
@@ -266,6 +283,8 @@ class BodyTracker::Implementation {
     if (found) {
       tracked.jointConfidence = quality.jointSupport;
       tracked.jointLost = quality.jointLost;
+      if (state_.framesTracked > 0)
+        addFrame(quality.jointUnseen, timestamp - state_.timestamp, state_.unseenSeconds);
       if (!state_.betasHeld) {
         state_.betas = solution.parameters.betas;
         state_.betaInformation += kNewInformation * solution.betaInformation;

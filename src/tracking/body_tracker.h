@@ -7,6 +7,7 @@
 #include "src/tracking/outer_layer.h"
 #include "src/tracking/tracked_body.h"
 #include "src/tracking/tracker_options.h"
+#include "src/tracking/unseen_joints.h"
 
 #include <Eigen/Core>
 
@@ -27,6 +28,7 @@ struct TrackerState {
   /// weights of the energy), the poses eliminated.
   Eigen::MatrixXd betaInformation;
   bool betasHeld = false;
+  UnseenSeconds unseenSeconds = {};
 };
 
 /// Follows the undressed body of one person through the depth frames of one camera (section 4.1):

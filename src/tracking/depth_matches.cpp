@@ -15,7 +15,6 @@ constexpr double kMinCosine = 0.3;  // between normals of a match
 constexpr double kNearSkin = 0.04;  // beyond it, skin is also pulled sideways [m]
 constexpr double kSleeve = 0.06;    // cloth hangs up to this far from the skin [m]
 constexpr double kMaxPush = 0.03;   // E_inter pulls as if no deeper than this [m]
-constexpr double kUsualSamples = 1500;
 /// E_inter against E_data at λ = 1: noise puts half of the depth in front of its surface, and ten
 /// times one side of it would push a body back that is right.
 constexpr double kInterShare = 0.3;

@@ -12,6 +12,9 @@ namespace simulcap {
 /// s² r² / (s² + r²), its weight (s² / (s² + r²))².
 double gemanMcClureWeight(double residual, double scale);
 
+/// Weights are meant for a surface of this many samples; all count less when there are more.
+inline constexpr double kUsualSamples = 1500.0;
+
 struct MatchOptions {
   double gate = 0.12;          ///< farthest match [m]
   double robustScale = 0.04;   ///< s of Geman–McClure [m]

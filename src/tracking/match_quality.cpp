@@ -36,6 +36,8 @@ struct JointCounts {
   std::array<double, avatar::kNumSmplJoints> agreeing = {};
   std::array<double, avatar::kNumSmplJoints> contradicting = {};
   std::array<double, avatar::kNumSmplJoints> unexplained = {};  // depth that hangs at the joint
+  std::array<double, avatar::kNumSmplJoints> turned = {};       // to the camera
+  std::array<double, avatar::kNumSmplJoints> unseen = {};       // of them
 };
 
 /// The joint that a limb hangs at; the trunk's own is the pelvis.
@@ -127,6 +129,29 @@ void addTo(JointCounts& counts, std::size_t joint, const SampleFinding& finding)
   counts.contradicting[joint] += finding.contradicts ? 1.0 : 0.0;
 }
 
+void addUnseen(
+    JointCounts& counts,
+    std::size_t joint,
+    const SeenSamples& seen,
+    Eigen::Index sample,
+    const DepthView& view) {
+  if (seen.turned[static_cast<std::size_t>(sample)] == 0)
+    return;
+  counts.turned[joint] += 1.0;
+  counts.unseen[joint] += isUnseen(seen, sample, view) ? 1.0 : 0.0;
+}
+
+/// See MatchQuality::jointUnseen.
+std::array<double, avatar::kNumSmplJoints> unseenShares(
+    const JointCounts& counts, const std::array<bool, avatar::kNumSmplJoints>& lost) {
+  std::array<double, avatar::kNumSmplJoints> shares = {};
+  for (std::size_t j = 0; j < shares.size(); ++j) {
+    const double share = counts.turned[j] > 0.0 ? counts.unseen[j] / counts.turned[j] : 1.0;
+    shares[j] = lost[j] ? 0.0 : share;
+  }
+  return shares;
+}
+
 /// Per joint: share of its samples that see matching depth.
 std::array<double, avatar::kNumSmplJoints> supportOf(const JointCounts& counts) {
   std::array<double, avatar::kNumSmplJoints> support = {};
@@ -152,8 +177,10 @@ double compareSamples(
     const Sample& sample = surface.samples()[s];
     const auto joint = static_cast<std::size_t>(sample.joint);
     const SampleFinding finding = findingOf(seen, static_cast<Eigen::Index>(s), view.cloud());
-    if (!sample.cloth)
+    if (!sample.cloth) {
       addTo(counts, joint, finding);
+      addUnseen(counts, joint, seen, static_cast<Eigen::Index>(s), view);
+    }
     count += finding.counts ? 1 : 0;
     onPerson += finding.onPerson ? 1 : 0;
     cost += finding.counts ? finding.cost : 0.0;
@@ -211,6 +238,7 @@ MatchQuality matchQuality(
   const double pixelCost = comparePixels(surface, seen, view, counts, quality);
   quality.jointSupport = supportOf(counts);
   quality.jointLost = lostJoints(counts);
+  quality.jointUnseen = unseenShares(counts, quality.jointLost);
   quality.meanCost = 0.5 * (sampleCost + pixelCost);
   return quality;
 }

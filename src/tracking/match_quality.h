@@ -23,6 +23,10 @@ struct MatchQuality {
   /// of where it should be visible, or depth that no sample explains hangs at its limb or the trunk
   /// while nothing supports it. Parts that something else hides are not lost, only unsupported.
   std::array<bool, avatar::kNumSmplJoints> jointLost = {};
+  /// Per joint: of its skin turned to the camera, the share that can't be seen because it is out of
+  /// the picture, without depth or behind something else; 1 where none is turned to the camera, 0
+  /// for a joint that is lost.
+  std::array<double, avatar::kNumSmplJoints> jointUnseen = {};
 };
 
 MatchQuality matchQuality(

@@ -1,5 +1,6 @@
 #include "src/tracking/pose_solver.h"
 
+#include "src/tracking/seen_samples.h"
 #include "src/tracking/surface_visibility.h"
 
 #include <Eigen/Cholesky>
@@ -22,11 +23,12 @@ double between(double first, double last, int step, int steps) {
                     : first * std::pow(last / first, static_cast<double>(step) / (steps - 1));
 }
 
-/// Feet don't go through the floor, and the one that stands on it stays there.
+/// Feet don't go through the floor, and the one that stands on it stays there. Held ones don't tell
+/// where the body is.
 void addFloor(
     const TrackedSurface& surface,
     const PosedSamples& posed,
-    double floorHeight,
+    const PoseSolverOptions& options,
     std::vector<SurfaceConstraint>& constraints) {
   constexpr double kContact = 0.03;  // [m]
   constexpr double kWeight = 4.0;
@@ -35,11 +37,12 @@ void addFloor(
     const TrackedSurface::Sample& sample = surface.samples()[s];
     const int joint = sample.joint;
     const bool left = joint == avatar::kLeftFoot || joint == avatar::kLeftAnkle;
-    if (sample.cloth || (!left && joint != avatar::kRightFoot && joint != avatar::kRightAnkle)) {
+    if (sample.cloth || options.held[static_cast<std::size_t>(joint)] ||
+        (!left && joint != avatar::kRightFoot && joint != avatar::kRightAnkle)) {
       continue;
     }
     const int index = static_cast<int>(s);
-    const double height = posed.positions(1, index) - floorHeight;
+    const double height = posed.positions(1, index) - *options.floorHeight;
     if (height < 0.0) {
       constraints.push_back({index, Eigen::Vector3d::UnitY(), height, kWeight});
     }
@@ -49,11 +52,28 @@ void addFloor(
     }
   }
   for (const int index : lowest) {
-    const double height = index < 0 ? 1.0 : posed.positions(1, index) - floorHeight;
+    const double height = index < 0 ? 1.0 : posed.positions(1, index) - *options.floorHeight;
     if (height >= 0.0 && height < kContact) {
       constraints.push_back({index, Eigen::Vector3d::UnitY(), height, kWeight});
     }
   }
+}
+
+/// Skin that can't be seen is as thick as most people's, more or less: B × B, of betas around 0.
+/// Without it a trunk half in the picture makes the other half up.
+Eigen::MatrixXd unseenShape(
+    const TrackedSurface& surface, const SeenSamples& seen, const DepthView& view) {
+  constexpr double kShare = 0.25;  // of depth's weight: people differ twice as much as noise does
+  const double weight =
+      kShare * kDataUnit * kUsualSamples / static_cast<double>(surface.samples().size());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(surface.numBetas(), surface.numBetas());
+  for (Eigen::Index s = 0; s < surface.normalShapes().rows(); ++s) {
+    if (surface.samples()[static_cast<std::size_t>(s)].cloth || !isUnseen(seen, s, view))
+      continue;
+    const auto shape = surface.normalShapes().row(s);
+    information.noalias() += weight * shape.transpose() * shape;
+  }
+  return information;
 }
 
 /// The Schur complement of the pose.
@@ -89,9 +109,10 @@ Eigen::VectorXd limitedStep(const NormalEquations& equations) {
   return step;
 }
 
-void holdAllButRoot(NormalEquations& equations) {
-  constexpr int kCount = TrackingLayout::kTranslation - 3;
-  equations.matrix.diagonal().segment<kCount>(3).array() += 1e12;
+void hold(const JointSet& joints, NormalEquations& equations) {
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    if (joints[j])
+      equations.matrix.diagonal().segment<3>(3 * static_cast<Eigen::Index>(j)).array() += 1e12;
 }
 
 void apply(const Eigen::VectorXd& step, BodyParameters& parameters) {
@@ -121,6 +142,7 @@ PoseSolution solvePose(
     const PoseSolverOptions& options) {
   const std::optional<BetaKnowledge>& betas = options.betas;
   PoseSolution solution{.parameters = start};
+  Eigen::MatrixXd unseen;
   for (int i = 0; i < options.iterations; ++i) {
     constexpr int kVisibilityPeriod = 6;  // what turns away in fewer steps hardly matters
     if (i % kVisibilityPeriod == 0) {
@@ -138,7 +160,7 @@ PoseSolution solvePose(
     std::vector<SurfaceConstraint> constraints =
         depthMatches(surface, posed, solution.visible, view, match);
     if (options.floorHeight) {
-      addFloor(surface, posed, *options.floorHeight, constraints);
+      addFloor(surface, posed, options, constraints);
     }
     for (SurfaceConstraint& constraint : constraints) {
       constraint.weight *= kDataUnit;
@@ -147,15 +169,17 @@ PoseSolution solvePose(
     regularizer.add(solution.parameters, start.pose, options.regularization, equations);
     if (betas) {
       const Eigen::Index numBetas = surface.numBetas();
+      if (i == 0)
+        unseen = unseenShape(surface, seenBy(view.camera(), posed, solution.visible), view);
+      equations.matrix.bottomRightCorner(numBetas, numBetas) += unseen;
+      equations.gradient.tail(numBetas) += unseen * solution.parameters.betas;
       if (i + 1 == options.iterations)
         solution.betaInformation = marginalBetas(equations.matrix);
       equations.matrix.bottomRightCorner(numBetas, numBetas) += betas->information;
       equations.gradient.tail(numBetas) +=
           betas->information * (solution.parameters.betas - betas->mean);
     }
-    if (options.rootOnly) {
-      holdAllButRoot(equations);
-    }
+    hold(options.held, equations);
     equations.matrix.diagonal().array() += 1e-6;
     apply(limitedStep(equations), solution.parameters);
   }

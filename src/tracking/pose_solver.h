@@ -2,6 +2,7 @@
 
 #include "src/tracking/depth_matches.h"
 #include "src/tracking/pose_regularizer.h"
+#include "src/tracking/unseen_joints.h"
 
 #include <Eigen/Core>
 
@@ -27,7 +28,7 @@ struct PoseSolverOptions {
   double clothOffset = 0.005;  ///< [m]
   PoseRegularizer::Weights regularization;
   std::optional<double> floorHeight;   ///< [m]
-  bool rootOnly = false;               ///< the joints but the root stay as they are
+  JointSet held;                       ///< joints that stay as they are
   std::optional<BetaKnowledge> betas;  ///< estimated along from this; absent: held
 };
 

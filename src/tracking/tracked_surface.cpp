@@ -258,6 +258,10 @@ TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const Oute
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     restNormals_.col(static_cast<Eigen::Index>(i)) = normals.col(samples_[i].vertex);
   }
+  normalShapes_.resize(restNormals_.cols(), numBetas_);
+  for (Eigen::Index i = 0; i < restNormals_.cols(); ++i)
+    normalShapes_.row(i) =
+        restNormals_.col(i).transpose() * sampled_.shapeDirections.middleRows<3>(3 * i);
   templateJoints_ = (whole_.jointRegressor * whole_.templateVertices.transpose()).transpose();
 }
 

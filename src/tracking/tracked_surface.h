@@ -75,6 +75,9 @@ class TrackedSurface {
   /// The part of model() that is sampled; one vertex per sample.
   const avatar::BodyModel& sampledModel() const { return sampled_; }
 
+  /// N × B: how far each sample moves along its normal at rest with each beta [m].
+  const Eigen::MatrixXd& normalShapes() const { return normalShapes_; }
+
   /// ∂J_k/∂β at rest, J entries, 3 × B.
   const std::vector<Eigen::Matrix3Xd>& restJointShapeDerivatives() const {
     return restJointShapeDerivatives_;
@@ -93,6 +96,7 @@ class TrackedSurface {
   std::vector<Sample> samples_;
   Eigen::Matrix3Xd restNormals_;     // 3 × N, of the mean shape
   Eigen::Matrix3Xd templateJoints_;  // 3 × J
+  Eigen::MatrixXd normalShapes_;     // N × B
   std::vector<Eigen::Matrix3Xd> restJointShapeDerivatives_;
   avatar::Skinning wholeSkinning_, sampledSkinning_;
 };
