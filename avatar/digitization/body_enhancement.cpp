@@ -1,6 +1,7 @@
 #include "avatar/digitization/body_enhancement.h"
 
 #include "avatar/avatar_body.h"
+#include "avatar/digitization/body_parts.h"
 #include "avatar/digitization/skinning_field.h"
 #include "avatar/garment_binding.h"
 #include "avatar/geometry/adjacency.h"
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <queue>
 #include <stdexcept>
 #include <string>
@@ -47,14 +49,16 @@ class SeenSkin {
       : surface_(surface),
         part_(skinFaces(surface, labels)),
         bvh_(part_),
-        fromCloth_(edgeDistances(surface.mesh, clothVertices(labels))) {}
+        fromCloth_(edgeDistances(surface.mesh, clothVertices(labels))),
+        evidence_(evidence(surface, labels)) {}
 
   struct Match {
     bool found = false;
     Eigen::Vector3d point = Eigen::Vector3d::Zero();   // [m]
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, of the face
     Eigen::Vector3d color = Eigen::Vector3d::Zero();
-    bool isPure = false;  // no colour of cloth got into it
+    bool isPure = false;    // no colour of cloth got into it
+    double evidence = 0.0;  // 0 … 1: how well the place is known
   };
 
   /// The nearest place, unless it is too far or looks another way.
@@ -69,7 +73,8 @@ class SeenSkin {
     match.point = found.point;
     match.normal = doubleAreaVector(part_, found.face).stableNormalized();
     match.color = surface_.colors(Eigen::all, part_.faces.col(found.face)) * found.weights;
-    match.found = match.normal.dot(normal) >= options.minCosine;
+    match.evidence = evidence_(part_.faces.col(found.face)).dot(found.weights);
+    match.found = match.evidence > 0.0 && match.normal.dot(normal) >= options.minCosine;
     constexpr double kMixed = 0.03;  // [m]: colours are means of what is near, and edges blur
     match.isPure = (fromCloth_(part_.faces.col(found.face)).array() > kMixed).all();
     return match;
@@ -99,10 +104,38 @@ class SeenSkin {
     return {surface.mesh.vertices, surface.mesh.faces(Eigen::all, faces)};
   }
 
+  /// V: fades out towards where the surface was seldom seen. There it is what reconstructions make
+  /// of the edge of what they know (dark hair has no depth), and sticks out or caves in.
+  static Eigen::VectorXd evidence(
+      const OuterSurface& surface, const std::vector<std::uint8_t>& labels) {
+    std::vector<int> counts;
+    std::vector<int> ofSkin;
+    counts.reserve(labels.size());
+    for (std::size_t v = 0; v < labels.size(); ++v) {
+      const LabelCounts& seen = surface.labels[v];
+      counts.push_back(std::accumulate(seen.begin(), seen.end(), 0));
+      if (labels[v] == kSkinLabel && counts.back() > 0)
+        ofSkin.push_back(counts.back());
+    }
+    if (ofSkin.empty())
+      return Eigen::VectorXd::Zero(surface.mesh.numVertices());
+    const auto middle = ofSkin.begin() + std::ssize(ofSkin) / 2;
+    std::nth_element(ofSkin.begin(), middle, ofSkin.end());
+    constexpr double kSeldom = 0.2;  // of the median
+    std::vector<int> weak;
+    for (std::size_t v = 0; v < counts.size(); ++v) {
+      if (counts[v] < kSeldom * *middle)
+        weak.push_back(static_cast<int>(v));
+    }
+    constexpr double kFade = 0.03;  // [m]
+    return (edgeDistances(surface.mesh, weak) / kFade).cwiseMin(1.0);
+  }
+
   const OuterSurface& surface_;
   TriangleMesh part_;
   TriangleBvh bvh_;
   Eigen::VectorXd fromCloth_;  // of every vertex of the surface, along it [m]
+  Eigen::VectorXd evidence_;   // of every vertex of the surface
 };
 
 /// The offsets of the head's vertices in the pose.
@@ -160,9 +193,14 @@ class HeadFit {
  private:
   void fitOffsets(const SeenSkin& skin) {
     offsets_.setZero();
+    // From hair's thickness to the surface's noise, so that what the smooth head can't follow loses
+    // its say step by step.
+    constexpr double kWidest = 0.04;     // [m]
+    constexpr double kNarrowest = 0.01;  // [m]
     for (int round = 0; round < options_.rounds && numUnknowns_ > 0; ++round) {
       findMatches(skin);
-      solve();
+      const double progress = static_cast<double>(round + 1) / options_.rounds;
+      solve(kWidest * std::pow(kNarrowest / kWidest, progress));
     }
   }
 
@@ -185,7 +223,7 @@ class HeadFit {
     forEachMatch([&](Eigen::Index v, const SeenSkin::Match& match) {
       Eigen::Matrix<double, 6, 1> row;
       row << (posed_.col(v) - centre).cross(match.normal), match.normal;
-      const double weight = headWeights_[v] * headWeights_[v];
+      const double weight = headWeights_[v] * headWeights_[v] * match.evidence;
       normal += weight * row * row.transpose();
       right += weight * match.normal.dot(match.point - posed_.col(v)) * row;
     });
@@ -257,12 +295,13 @@ class HeadFit {
     return seen > 0 ? sum / seen : 0.0;
   }
 
-  /// The least of the energy in the header: linear equations in all offsets at once.
-  void solve() {
+  /// The least of the energy in the header: linear equations in all offsets at once. `scale` [m]:
+  /// of the Geman–McClure weights.
+  void solve(double scale) {
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(3L * numUnknowns_);
     addSmoothness(entries);
-    addData(entries, right);
+    addData(scale, entries, right);
     Eigen::SparseMatrix<double> matrix(3L * numUnknowns_, 3L * numUnknowns_);
     matrix.setFromTriplets(entries.begin(), entries.end());
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
@@ -298,14 +337,18 @@ class HeadFit {
     }
   }
 
-  void addData(std::vector<Eigen::Triplet<double>>& entries, Eigen::VectorXd& right) const {
+  void addData(
+      double scale, std::vector<Eigen::Triplet<double>>& entries, Eigen::VectorXd& right) const {
     for (std::size_t v = 0; v < matches_.size(); ++v) {
       if (unknown_[v] < 0 || !matches_[v].found)
         continue;
       const auto column = static_cast<Eigen::Index>(v);
-      const double weight = headWeights_[column] * headWeights_[column];
       const Eigen::Vector3d& n = matches_[v].normal;
       const double gap = n.dot(matches_[v].point - posed_.col(column));
+      const double left = (gap - n.dot(offsets_.col(column))) / scale;
+      const double robust = 1.0 / std::pow(1.0 + left * left, 2);
+      const double weight =
+          headWeights_[column] * headWeights_[column] * matches_[v].evidence * robust;
       right.segment<3>(3L * unknown_[v]) += weight * gap * n;
       for (int row = 0; row < 3; ++row) {
         for (int col = 0; col < 3; ++col)
@@ -346,10 +389,28 @@ Eigen::Matrix3Xd atRest(
   return result;
 }
 
-/// Vertices without a colour take the mean of their neighbours', from the nearest ones on, and are
-/// evened out among each other.
+/// Of skin as the light falls on it: shadows, and hair and cloth beside it, only make it darker. So
+/// above the median, but below highlights; channel by channel.
+Eigen::Vector3d litColor(const Eigen::Matrix3Xd& colors, const std::vector<int>& of) {
+  constexpr double kQuantile = 0.7;
+  Eigen::Vector3d result;
+  for (int channel = 0; channel < 3; ++channel) {
+    Eigen::VectorXd values = colors(channel, of);
+    const auto place = static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(of.size()));
+    std::nth_element(values.begin(), values.begin() + place, values.end());
+    result[channel] = values[place];
+  }
+  return result;
+}
+
+/// Vertices without a colour go over from those of their neighbours to the skin's, from the nearest
+/// ones on; on the head, where hair may be, they only take over.
 void spreadToUnseen(
-    Eigen::Matrix3Xd& colors, const std::vector<bool>& seen, const IndexRows& neighbours) {
+    BodyEnhancement& result,
+    const std::vector<bool>& seen,
+    const Eigen::VectorXd& headWeights,
+    const IndexRows& neighbours) {
+  Eigen::Matrix3Xd& colors = result.vertexColors;
   std::vector<bool> reached = seen;
   std::queue<int> front;
   for (std::size_t v = 0; v < seen.size(); ++v) {
@@ -364,19 +425,22 @@ void spreadToUnseen(
       if (reached[static_cast<std::size_t>(next)])
         continue;
       reached[static_cast<std::size_t>(next)] = true;
-      colors.col(next) = colors.col(v);
+      colors.col(next) = headWeights[next] > 0.5 ? colors.col(v).eval() : result.skinColor;
       front.push(next);
       filled.push_back(next);
     }
   }
-  constexpr int kRounds = 200;
+  // Laplace's equation with a pull p: c fades out like exp(−√(p/4) · edges), here within 4 of 2 cm.
+  constexpr double kPull = 0.25;
+  constexpr int kRounds = 100;
   for (int round = 0; round < kRounds; ++round) {
     for (const int v : filled) {
       const auto ring = neighbours[v];
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      const double pull = kPull * (1.0 - headWeights[v]);
+      Eigen::Vector3d sum = pull * result.skinColor;
       for (const int next : ring)
         sum += colors.col(next);
-      colors.col(v) = sum / static_cast<double>(ring.size());
+      colors.col(v) = sum / (pull + static_cast<double>(ring.size()));
     }
   }
 }
@@ -385,30 +449,32 @@ void addColors(
     const MeshView& body,
     const SeenSkin& skin,
     const Eigen::VectorXd& headWeights,
+    const std::vector<BodyPart>& parts,
     BodyEnhancement& result) {
   // Skin of limbs is nearer than this, or another limb's [m].
   const EnhancementOptions near{.reach = 0.03};
   const Eigen::Matrix3Xd normals = vertexNormals(body);
   std::vector<bool> seen(static_cast<std::size_t>(body.numVertices()), false);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int limbs = 0;
-  for (Eigen::Index v = 0; v < body.numVertices(); ++v) {
+  std::vector<int> limbs;
+  std::vector<int> face;
+  for (int v = 0; v < body.numVertices(); ++v) {
     const SeenSkin::Match match = skin.nearest(body.vertices.col(v), normals.col(v), near);
     if (!match.found || !match.isPure)
       continue;
-    seen[static_cast<std::size_t>(v)] = true;
+    const auto vertex = static_cast<std::size_t>(v);
+    seen[vertex] = true;
     result.vertexColors.col(v) = match.color;
-    if (headWeights[v] > 0.5)
-      continue;  // hair and lips are no skin
-    sum += match.color;
-    ++limbs;
+    if (headWeights[v] <= 0.5)  // hair and lips are no skin
+      limbs.push_back(v);
+    else if (parts[vertex] == BodyPart::kFace)
+      face.push_back(v);
   }
-  constexpr int kEnough = 20;  // vertices, to know a colour by
-  if (limbs >= kEnough) {
-    result.skinColor = (sum / limbs).cwiseMax(0.0).cwiseMin(1.0);
-    spreadToUnseen(
-        result.vertexColors, seen, buildAdjacency(body.faces, body.numVertices()).vertexVertices);
-  }
+  constexpr std::size_t kEnough = 20;  // vertices, to know a colour by
+  const std::vector<int>& known = limbs.size() >= kEnough ? limbs : face;
+  if (known.size() >= kEnough)
+    result.skinColor = litColor(result.vertexColors, known).cwiseMax(0.0).cwiseMin(1.0);
+  const IndexRows neighbours = buildAdjacency(body.faces, body.numVertices()).vertexVertices;
+  spreadToUnseen(result, seen, headWeights, neighbours);
   result.vertexColors = result.vertexColors.cwiseMax(0.0).cwiseMin(1.0);
 }
 
@@ -434,7 +500,7 @@ BodyEnhancement enhanceBody(
   options.validate();
   const auto numSurface = static_cast<std::size_t>(surface.mesh.numVertices());
   if (labels.size() != numSurface || surface.seen.size() != numSurface ||
-      surface.colors.cols() != surface.mesh.numVertices())
+      surface.labels.size() != numSurface || surface.colors.cols() != surface.mesh.numVertices())
     throw std::invalid_argument("enhanceBody: expected labels, colours, seen for every vertex");
   const BodyModel& model = body.skinning.model();
   const ShapedBody shaped = body.skinning.shape(body.betas);
@@ -449,7 +515,7 @@ BodyEnhancement enhanceBody(
   const Eigen::Matrix3Xd offsets = head.offsets();
   result.offsets = atRest(offsets, model, posedFromRest(shaped, posed));
   const Eigen::Matrix3Xd enhanced = posed.vertices + offsets;
-  addColors(MeshView(enhanced, model.faces), skin, headWeights, result);
+  addColors(MeshView(enhanced, model.faces), skin, headWeights, bodyParts(model, shaped), result);
   return result;
 }
 

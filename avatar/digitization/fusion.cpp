@@ -17,6 +17,7 @@ void demand(bool holds, const char* what) {
 struct Observation {
   float distance = 0.0F;  // signed, to the pixel's tangent plane [m]
   float weight = 0.0F;    // 0: nothing
+  float cosine = 0.0F;    // of the angle it is seen under
   std::size_t pixel = 0;
 };
 
@@ -57,7 +58,7 @@ class FrameView {
     const float distance = normal.dot(inCamera - depth * ray);
     if (distance < -truncation_)
       return {};
-    return {std::min(distance, truncation_), cosine / (depth * depth), pixel};
+    return {std::min(distance, truncation_), cosine / (depth * depth), cosine, pixel};
   }
 
  private:
@@ -75,8 +76,11 @@ void addAppearance(Voxel& voxel, const Observation& seen, const PosedDepthFrame&
   if (!frame.color.rgb.empty()) {
     const std::uint8_t* rgb = &frame.color.rgb[3 * seen.pixel];
     const Eigen::Vector3f color = Eigen::Vector3f(rgb[0], rgb[1], rgb[2]) / 255.0F;
-    voxel.colorWeight += seen.weight;
-    voxel.color += (seen.weight / voxel.colorWeight) * (color - voxel.color);
+    // Colours of oblique views are smeared, and the wrong ones where color and depth don't fit
+    // together: those that see a place straight decide.
+    const float weight = seen.weight * seen.cosine * seen.cosine * seen.cosine;
+    voxel.colorWeight += weight;
+    voxel.color += (weight / voxel.colorWeight) * (color - voxel.color);
   }
   if (!frame.labels.empty() && frame.labels[seen.pixel] != kNoLabel) {
     std::uint16_t& count = voxel.labels[frame.labels[seen.pixel] - 1U];

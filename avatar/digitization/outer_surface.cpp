@@ -1,5 +1,7 @@
 #include "avatar/digitization/outer_surface.h"
 
+#include "avatar/digitization/garment_cut.h"
+#include "avatar/digitization/garment_openings.h"
 #include "avatar/digitization/point_grid.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"
@@ -11,8 +13,11 @@
 #include <pcl/surface/poisson.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <queue>
 #include <stdexcept>
+#include <unistd.h>
+#include <utility>
 
 namespace avatar {
 namespace {
@@ -59,6 +64,38 @@ std::vector<int> unseenBody(
   return unseen;
 }
 
+/// The mesh with all its holes closed, each by a fan.
+TriangleMesh closed(const TriangleMesh& mesh) {
+  std::vector<GarmentOpening> holes;
+  for (std::vector<int>& loop :
+       boundaryLoops(mesh.faces, buildAdjacency(mesh.faces, mesh.numVertices())))
+    holes.push_back({.loop = std::move(loop)});
+  return closeHoles(mesh, holes, 0.0).mesh;
+}
+
+/// Sends what others write to stdout to stderr while it lives: results go to stdout.
+class StdoutToStderr {
+ public:
+  StdoutToStderr() : stdout_((std::fflush(stdout), dup(STDOUT_FILENO))) {
+    if (stdout_ >= 0)
+      dup2(STDERR_FILENO, STDOUT_FILENO);
+  }
+
+  StdoutToStderr(const StdoutToStderr&) = delete;
+  StdoutToStderr& operator=(const StdoutToStderr&) = delete;
+
+  ~StdoutToStderr() {
+    if (stdout_ < 0)
+      return;
+    std::fflush(stdout);
+    dup2(stdout_, STDOUT_FILENO);
+    close(stdout_);
+  }
+
+ private:
+  int stdout_;
+};
+
 TriangleMesh poisson(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud, int depth) {
   pcl::Poisson<pcl::PointNormal> reconstruction;
   reconstruction.setDepth(depth);
@@ -67,6 +104,7 @@ TriangleMesh poisson(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud, int de
   reconstruction.setInputCloud(cloud);
   pcl::PointCloud<pcl::PointNormal> points;
   std::vector<pcl::Vertices> polygons;
+  const StdoutToStderr quiet;  // PCL prints where it leaves holes
   reconstruction.reconstruct(points, polygons);
   TriangleMesh mesh;
   mesh.vertices.resize(3, static_cast<Eigen::Index>(points.size()));
@@ -158,8 +196,10 @@ OuterSurface completeOuterSurface(
     cloud->push_back(orientedPoint(body.vertices.col(v), bodyNormals.col(v)));
   OuterSurface surface;
   surface.holesFilledByBody = static_cast<int>(unseen.size());
-  // Reconstructions leave crumbs about.
-  surface.mesh = connectedParts(cleanMesh(poisson(cloud, options.poissonDepth)).mesh).front();
+  // Reconstructions leave crumbs about. PCL 1.13 also leaves a hole now and then where its octree's
+  // levels meet ("Vertex pair not in list").
+  const TriangleMesh clean = withoutPinches(cleanMesh(poisson(cloud, options.poissonDepth)).mesh);
+  surface.mesh = closed(connectedParts(clean).front());
   if (signedVolume(surface.mesh) < 0.0)
     surface.mesh.faces.row(1).swap(surface.mesh.faces.row(2));
   const Topology shape = topology(surface.mesh.faces, surface.mesh.numVertices());

@@ -48,10 +48,14 @@ avatar::ColorImage cut(
 
 std::vector<PicturedMesh> dressed(
     const avatar::LayeredAvatar& avatar, const CaptureMoment& moment) {
-  std::vector<PicturedMesh> meshes = {{{moment.body, avatar.body.mesh.faces}, avatar.body.color}};
-  for (std::size_t i = 0; i < moment.garments.size(); ++i)
+  const avatar::AvatarBody& body = avatar.body;
+  std::vector<PicturedMesh> meshes = {
+      {{moment.body, body.mesh.faces}, body.color, body.vertexColors}};
+  for (std::size_t i = 0; i < moment.garments.size(); ++i) {
+    const avatar::Garment& garment = avatar.garments[i];
     meshes.push_back(
-        {{moment.garments[i], avatar.garments[i].mesh.faces}, avatar.garments[i].color});
+        {{moment.garments[i], garment.mesh.faces}, garment.color, garment.vertexColors});
+  }
   return meshes;
 }
 
@@ -63,7 +67,10 @@ avatar::ColorImage overlaid(
   std::vector<avatar::ShadedMesh> shaded;
   std::vector<avatar::MeshView> surfaces;
   for (const PicturedMesh& mesh : meshes) {
-    shaded.push_back({.mesh = mesh.mesh, .color = mesh.color});
+    shaded.push_back(
+        {.mesh = mesh.mesh,
+         .color = mesh.color,
+         .vertexColors = mesh.vertexColors.cols() > 0 ? &mesh.vertexColors : nullptr});
     surfaces.emplace_back(mesh.mesh);
   }
   const avatar::ColorImage over = avatar::shade(shaded, camera);

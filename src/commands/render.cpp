@@ -93,7 +93,8 @@ std::vector<PicturedBody> chosenAvatars(
     for (const avatar::Garment& garment : dressed.garments)
       body.garments.push_back(
           {{avatar::posedVertices(garment, dressed.body, pose.pose), garment.mesh.faces},
-           garment.color});
+           garment.color,
+           garment.vertexColors});
     bodies.push_back(std::move(body));
   }
   return bodies;

@@ -110,7 +110,8 @@ void PictureOptions::validate() const {
   require(height >= 16 && height <= 8192, "height must be 16 to 8192 px");
   require(supersampling >= 1 && supersampling <= 4, "supersampling must be 1 to 4");
   require(
-      color.minCoeff() >= 0.0 && color.maxCoeff() <= 1.0, "colour channels must be within 0 to 1");
+      !color || (color->minCoeff() >= 0.0 && color->maxCoeff() <= 1.0),
+      "colour channels must be within 0 to 1");
 }
 
 namespace {
@@ -130,6 +131,8 @@ avatar::Camera longLens(
       lens, box, {.viewDirection = view.direction.normalized(), .up = view.up, .margin = 0.04});
 }
 
+const Eigen::Vector3d kSkinColor(0.95, 0.80, 0.71);  // of a body without a colour of its own
+
 void addShaded(
     const std::vector<PicturedMesh>& pictured,
     const PictureOptions& options,
@@ -139,6 +142,7 @@ void addShaded(
     meshes.push_back(
         {.mesh = thing.mesh,
          .color = thing.color,
+         .vertexColors = thing.vertexColors.cols() > 0 ? &thing.vertexColors : nullptr,
          .backColor = Eigen::Vector3d(kInside * thing.color),
          .wireframe = options.wireframe});
 }
@@ -167,7 +171,8 @@ avatar::ColorImage picture(
   std::vector<avatar::ShadedMesh> meshes;
   meshes.push_back(
       {.mesh = {pictured.vertices, person.faces},
-       .color = options.color,
+       .color = options.color.value_or(kSkinColor),
+       .vertexColors = options.color ? nullptr : person.vertexColors,
        .wireframe = options.wireframe});
   addShaded(pictured.garments, options, meshes);
   return avatar::shade(

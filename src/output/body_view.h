@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SparseCore>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,22 +29,26 @@ const std::vector<BodyView>& bodyViews();
 /// Throws std::invalid_argument for an unknown name.
 const BodyView& bodyView(const std::string& name);
 
-/// Who is pictured: what its bodies have in common. Valid as long as both matrices are.
+/// Who is pictured: what its bodies have in common. Valid as long as the matrices are.
 struct PicturedPerson {
   const Eigen::Matrix3Xi& faces;                                        ///< of the body, 3 × F
   const Eigen::SparseMatrix<double, Eigen::RowMajor>& skinningWeights;  ///< V × J
+  const Eigen::Matrix3Xd* vertexColors = nullptr;  ///< 3 × V display values; none: one colour
 
   explicit PicturedPerson(const avatar::BodyModel& model)
       : faces(model.faces), skinningWeights(model.skinningWeights) {}
 
   explicit PicturedPerson(const avatar::AvatarBody& body)
-      : faces(body.mesh.faces), skinningWeights(body.skinningWeights) {}
+      : faces(body.mesh.faces),
+        skinningWeights(body.skinningWeights),
+        vertexColors(body.vertexColors.cols() > 0 ? &body.vertexColors : nullptr) {}
 };
 
 /// A garment or another thing as it is at one moment.
 struct PicturedMesh {
   avatar::TriangleMesh mesh;
-  Eigen::Vector3d color;  ///< display values in [0, 1]
+  Eigen::Vector3d color;               ///< display values in [0, 1]
+  Eigen::Matrix3Xd vertexColors = {};  ///< 3 × V, shown instead on the outside; or empty
 };
 
 /// A person as it is at one moment.
@@ -65,11 +70,11 @@ std::vector<Eigen::AlignedBox3d> framingBoxes(
     const std::vector<PicturedBody>& bodies, const std::vector<int>& vertices, bool commonFloor);
 
 struct PictureOptions {
-  int width = 480;                             ///< [px], 16 … 8192
-  int height = 640;                            ///< [px], 16 … 8192
-  int supersampling = 2;                       ///< samples per pixel and side, 1 … 4
-  Eigen::Vector3d color = {0.95, 0.80, 0.71};  ///< of the skin, display values in [0, 1]
-  bool wireframe = false;                      ///< draw the edges of the faces
+  int width = 480;                       ///< [px], 16 … 8192
+  int height = 640;                      ///< [px], 16 … 8192
+  int supersampling = 2;                 ///< samples per pixel and side, 1 … 4
+  std::optional<Eigen::Vector3d> color;  ///< of the skin, display values; unset: its own
+  bool wireframe = false;                ///< draw the edges of the faces
 
   /// Throws std::invalid_argument when a value is out of its range.
   void validate() const;

@@ -39,6 +39,7 @@ struct LongHaired {
     }
     labels.assign(static_cast<std::size_t>(posed.vertices.cols()), kSkinLabel);
     surface.seen.assign(labels.size(), true);
+    surface.labels.assign(labels.size(), LabelCounts{20, 0, 0});
   }
 
   BodyEnhancement enhanced(const EnhancementOptions& options = {}) const {

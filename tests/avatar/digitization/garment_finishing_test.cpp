@@ -76,6 +76,8 @@ TEST_P(FinishedOutfit, IsWhatWasWorn) {
   const test::DressedPerson person = test::dressedPerson(model, betas, worn.names);
   const OuterSurface surface =
       withSeenExtent(completeOuterSurface(person.seen, person.body.mesh()), person.body);
+  const Topology whole = topology(surface.mesh.faces, surface.mesh.numVertices());
+  EXPECT_TRUE(whole.manifold() && whole.oriented && whole.closed);
   const FinishedGarments made = finishGarments(surface, parsedSurface(surface), person.body);
   ASSERT_EQ(made.garments.size(), worn.names.size());
   for (std::size_t i = 0; i < worn.names.size(); ++i) {
