@@ -98,6 +98,7 @@ void FusionOptions::validate() const {
   demand(maxBodyDistance > 0.0, "maxBodyDistance is expected above 0");
   demand(maxWeight >= 1.0, "maxWeight is expected at 1 or above");
   demand(minCosine > 0.0 && minCosine < 1.0, "minCosine is expected in (0, 1)");
+  demand(contactMargin >= 0.0 && contactMargin <= 0.05, "contactMargin is expected in 0 … 0.05 m");
   demand(collisionDistance > 0.0, "collisionDistance is expected above 0");
   demand(runLoop != nullptr, "runLoop is missing");
 }
@@ -112,6 +113,7 @@ CanonicalFusion::CanonicalFusion(
       shaped_(skinning.shape(betas)),
       canonical_(skinning, shaped_, pose),
       live_(skinning, shaped_, pose),
+      limbs_(limbsOfBody(skinning.model())),
       volume_((options.validate(), options.voxelSize)) {}
 
 void CanonicalFusion::allocate(const PosedDepthFrame& frame) {
@@ -188,8 +190,12 @@ void CanonicalFusion::prepareLattice() {
 
 std::vector<CanonicalFusion::LivePoint> CanonicalFusion::livePoints(
     const PosedDepthFrame& frame) const {
-  const std::vector<Eigen::Affine3d> toLive =
-      posedFromRest(shaped_, skinning_.pose(shaped_, frame.pose));
+  const SkinnedBody body = skinning_.pose(shaped_, frame.pose);
+  const std::vector<Eigen::Affine3d> toLive = posedFromRest(shaped_, body);
+  const Eigen::Matrix3Xd inCamera = frame.camera.cameraFromWorld * body.vertices;
+  const ArmContact contact(inCamera.cast<float>(), canonical_.body().vertices, limbs_);
+  const auto margin = static_cast<float>(options_.contactMargin);
+  const auto apart = static_cast<float>(options_.collisionDistance);
   std::vector<LivePoint> live(lattice_.size());
   options_.runLoop(volume_.numBlocks(), [&](long block) {
     for (int corner = 0; corner < kLatticePoints; ++corner) {
@@ -198,13 +204,16 @@ std::vector<CanonicalFusion::LivePoint> CanonicalFusion::livePoints(
       if (!point.followsBody)
         continue;
       const Eigen::Vector3d inWorld = blendedTransform(point.weights, toLive) * point.rest;
-      live[i] = {(frame.camera.cameraFromWorld * inWorld).cast<float>(), true};
+      const Eigen::Vector3f place = (frame.camera.cameraFromWorld * inWorld).cast<float>();
+      const Eigen::Vector3f canonical =
+          canonicalPoint(static_cast<int>(block), corner).cast<float>();
+      live[i] = {place, !contact.isAt(place, canonical, point.bodyDistance + margin, apart)};
     }
   });
   return live;
 }
 
-void CanonicalFusion::dropCollisions(std::vector<LivePoint>& live) {
+void CanonicalFusion::dropCollisions(std::vector<LivePoint>& live) const {
   Eigen::AlignedBox3f box;
   for (const LivePoint& point : live) {
     if (point.usable)
@@ -241,8 +250,12 @@ void CanonicalFusion::dropCollisions(std::vector<LivePoint>& live) {
     if (owner == i || (place(i) - place(owner)).norm() < options_.collisionDistance)
       continue;
     live[i].usable = false;
-    ++collisions_;
   }
+}
+
+void CanonicalFusion::countCollisions(const std::vector<LivePoint>& live) {
+  for (std::size_t i = 0; i < live.size(); ++i)
+    collisions_ += lattice_[i].followsBody && !live[i].usable ? 1 : 0;
 }
 
 CanonicalFusion::LatticeRow CanonicalFusion::latticeRow(const LivePoint* corners, int y, int z) {
@@ -295,6 +308,7 @@ void CanonicalFusion::integrate(const PosedDepthFrame& frame) {
   prepareLattice();
   std::vector<LivePoint> live = livePoints(frame);
   dropCollisions(live);
+  countCollisions(live);
   options_.runLoop(volume_.numBlocks(), [&](long block) {
     const LivePoint* corners = &live[static_cast<std::size_t>(block) * kLatticePoints];
     if (std::any_of(corners, corners + kLatticePoints, [](const LivePoint& p) { return p.usable; }))

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "avatar/digitization/canonical_volume.h"
+#include "avatar/digitization/limbs.h"
 #include "avatar/digitization/posed_frame.h"
 #include "avatar/digitization/skinning_field.h"
 #include "avatar/skinning.h"
@@ -20,6 +21,8 @@ struct FusionOptions {
   double maxBodyDistance = 0.35;  ///< depth further from the body is not the person's [m], > 0
   double maxWeight = 200.0;  ///< of a voxel: later frames never count less than 1 in this, ≥ 1
   double minCosine = 0.15;   ///< surface seen more obliquely is not used, (0, 1)
+  /// Skin of trunk and arm is told apart by this difference of the distances [m], 0 … 0.05.
+  double contactMargin = 0.02;
   double collisionDistance = 0.08;  ///< places of the canonical pose this far apart [m] that meet
                                     ///< in a frame collide, > 0
   LoopRunner runLoop = runSerially;
@@ -34,7 +37,8 @@ struct FusionOptions {
 /// each frame it takes the distance to the tangent plane of the pixel it falls on, weighted by
 /// cosine and inverse squared depth (the sensor's noise), and the pixel's colour and label.
 /// Voxels that fall where another part of the body is as well are left out in that frame
-/// (Fusion4D).
+/// (Fusion4D), and so is what lies as near to an arm as to the trunk beside it: cloth of a
+/// hanging sleeve and of the side can't be told apart, and would go with the wrong one.
 class CanonicalFusion {
  public:
   /// Keeps a reference to the skinning. `pose`: of the fused person, arms and legs apart.
@@ -82,7 +86,8 @@ class CanonicalFusion {
   LatticePoint latticePoint(int block, int corner) const;
   Eigen::Vector3d canonicalPoint(int block, int corner) const;
   std::vector<LivePoint> livePoints(const PosedDepthFrame& frame) const;
-  void dropCollisions(std::vector<LivePoint>& live);
+  void countCollisions(const std::vector<LivePoint>& live);
+  void dropCollisions(std::vector<LivePoint>& live) const;
   static LatticeRow latticeRow(const LivePoint* corners, int y, int z);
   void integrateBlock(int block, const LivePoint* corners, const PosedDepthFrame& frame);
 
@@ -91,6 +96,7 @@ class CanonicalFusion {
   ShapedBody shaped_;
   SkinningField canonical_;
   SkinningField live_;
+  std::vector<Limb> limbs_;
   CanonicalVolume volume_;
   std::vector<LatticePoint> lattice_;  // kLatticePoints per block
   long collisions_ = 0;

@@ -82,7 +82,9 @@ class StdoutToStderr {
   }
 
   StdoutToStderr(const StdoutToStderr&) = delete;
+  StdoutToStderr(StdoutToStderr&&) = delete;
   StdoutToStderr& operator=(const StdoutToStderr&) = delete;
+  StdoutToStderr& operator=(StdoutToStderr&&) = delete;
 
   ~StdoutToStderr() {
     if (stdout_ < 0)

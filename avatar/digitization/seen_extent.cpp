@@ -1,6 +1,7 @@
 #include "avatar/digitization/seen_extent.h"
 
 #include "avatar/body_pose.h"
+#include "avatar/digitization/limbs.h"
 #include "avatar/geometry/closest_point.h"
 
 #include <algorithm>
@@ -14,8 +15,6 @@
 
 namespace avatar {
 namespace {
-
-enum Limb : std::size_t { kTrunkAndLegs, kLeftArm, kRightArm, kNumLimbs };
 
 /// A line along which a limb leads away from the chest.
 struct LimbAxis {
@@ -38,29 +37,6 @@ std::array<LimbAxis, kNumLimbs> limbAxes(const DressingBody& body) {
       -Eigen::Vector3d::UnitY(),
       joint(kSpine3).y() - ankles};
   return {trunk, arm(kLeftShoulder, kLeftWrist), arm(kRightShoulder, kRightWrist)};
-}
-
-/// The limb that carries each vertex of a body.
-std::vector<Limb> limbsOfBody(const BodyModel& model) {
-  std::vector<Limb> ofJoint(model.parents.size(), kTrunkAndLegs);
-  for (std::size_t j = 1; j < ofJoint.size(); ++j) {
-    ofJoint[j] = ofJoint[static_cast<std::size_t>(model.parents[j])];
-    if (j == kLeftShoulder)
-      ofJoint[j] = kLeftArm;
-    if (j == kRightShoulder)
-      ofJoint[j] = kRightArm;
-  }
-  std::vector<Limb> limbs;
-  limbs.reserve(static_cast<std::size_t>(model.numVertices()));
-  for (int v = 0; v < model.numVertices(); ++v) {
-    std::array<double, kNumLimbs> weights = {};
-    using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-    for (Weights::InnerIterator it(model.skinningWeights, v); it; ++it)
-      weights[ofJoint[static_cast<std::size_t>(it.col())]] += it.value();
-    const auto most = std::max_element(weights.begin(), weights.end());
-    limbs.push_back(static_cast<Limb>(most - weights.begin()));
-  }
-  return limbs;
 }
 
 /// Of each vertex of the surface: the one of the nearest skin.
