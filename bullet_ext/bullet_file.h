@@ -22,7 +22,8 @@ struct BulletFileCloth {
 /// thickness). Other programs skip that chunk; readBulletFile() reads nothing else.
 ///
 /// Who loads the soft bodies with Bullet's importer must set m_bUpdateRtCst = false on them, or
-/// Bullet takes the present lengths of links for those at rest; and the margin is not in there.
+/// Bullet takes the present lengths of links for those at rest, set their m_c1 = m_rl² and call
+/// updateLinkConstants(), and take m_cfg.piterations from the file; the margin is not in there.
 ///
 /// Same cloths, same bytes. Throws std::invalid_argument for a state of another mesh or a name too
 /// long, std::runtime_error that names the file if it can't be written.

@@ -1,5 +1,7 @@
 #include "bullet_ext/bullet_file.h"
 
+#include "bullet_ext/cloth_solver.h"
+#include "tests/bullet_ext/bullet_world.h"
 #include "tests/bullet_ext/core/cloth_shapes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -81,6 +83,31 @@ TEST(BulletFile, GivesBackWhatItWasGiven) {
   ASSERT_EQ(read.size(), 2U);
   expectSame(read[0], cloths[0]);
   expectSame(read[1], cloths[1]);
+}
+
+/// Where a cloth is after some steps of a game's world that has our solver.
+Eigen::Matrix4Xf simulated(const BulletFileCloth& cloth) {
+  ClothSolver solver;
+  test::BulletWorld world(&solver);
+  world.setGravity({0, -9.81F, 0});
+  ClothBody& body = solver.addCloth(cloth.mesh, world.world.getWorldInfo());
+  solver.simulation().setState(0, cloth.state);
+  solver.showStates();
+  world.world.addSoftBody(&body);
+  for (int step = 0; step < 10; ++step)
+    world.world.stepSimulation(1.0F / 60.0F, 0);
+  const Eigen::Matrix4Xf positions = solver.simulation().state(0).positions;
+  world.world.removeSoftBody(&body);
+  return positions;
+}
+
+TEST(BulletFile, ItsClothSimulatesInAGameAsTheOneThatWasWritten) {
+  const avatar::test::TemporaryFolder folder;
+  const BulletFileCloth cloth = unusualCloth();
+  writeBulletFile(folder.path("a.bullet"), {cloth});
+  const Eigen::Matrix4Xf positions = simulated(readBulletFile(folder.path("a.bullet")).front());
+  EXPECT_EQ(positions, simulated(cloth));
+  EXPECT_GT((positions - cloth.state.positions).norm(), 0.1F);  // it moved
 }
 
 TEST(BulletFile, WritesTheSameBytesForTheSameCloth) {
