@@ -5,6 +5,7 @@
 #include "avatar/garment_binding.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closest_point.h"
+#include "avatar/retargeting/size_keeping_fit.h"
 #include "avatar/retargeting/surface_registration.h"
 #include "avatar/wardrobe/dressing_body.h"
 #include "avatar/wardrobe/layers_below.h"
@@ -110,8 +111,12 @@ void measureEase(RetargetedGarment& report, Eigen::VectorXd changes) {
 
 class Retargeter {
  public:
-  Retargeter(const LayeredAvatar& source, const BodyModel& model, const Eigen::VectorXd& betas)
-      : source_(source), model_(model), betas_(betas) {
+  Retargeter(
+      const LayeredAvatar& source,
+      const BodyModel& model,
+      const Eigen::VectorXd& betas,
+      GarmentSize size)
+      : source_(source), model_(model), betas_(betas), size_(size) {
     result_.avatar.body = makeAvatarBody(model, betas);
     const AvatarBody& target = result_.avatar.body;
     if (source.body.joints.cols() != target.joints.cols())
@@ -128,18 +133,22 @@ class Retargeter {
     const double edgeLength = meanEdgeLength(garment.mesh.vertices, adjacency);
     const SkinContact contact = skinUnder(
         garment.mesh.vertices, {from.vertices, source_.body.mesh.faces}, to - from.vertices);
-    const Eigen::Matrix3Xd graded =
+    Eigen::Matrix3Xd fitted =
         garment.mesh.vertices + gradedDisplacement(contact, adjacency, edgeLength);
+    if (size_ == GarmentSize::kKept)
+      fitted = sizeKeepingFit(garment.mesh.vertices, adjacency, fitted);
 
     const DressingBody body = standForDressing(model_, betas_, garment.bindPose);
     const ClearanceResult clear =
         LayersBelow(body.mesh(), wornIn(result_.avatar, garment.bindPose))
-            .cleared({graded, garment.mesh.faces}, garment.cloth.thickness);
+            .cleared({fitted, garment.mesh.faces}, garment.cloth.thickness);
     Garment worn = garment;
     worn.mesh.vertices = roundedToFloat(clear.vertices);
     worn.skinningWeights = bindToBody(worn.mesh, body.mesh(), model_.skinningWeights);
     worn.maxDistance *= meanEdgeLength(worn.mesh.vertices, adjacency) / edgeLength;
     report(worn, contact, body.mesh(), clear);
+    result_.garments.back().p95EdgeChange =
+        p95EdgeChange(garment.mesh.vertices, worn.mesh.vertices, adjacency);
     result_.avatar.garments.push_back(std::move(worn));
   }
 
@@ -179,14 +188,18 @@ class Retargeter {
   const LayeredAvatar& source_;
   const BodyModel& model_;
   const Eigen::VectorXd& betas_;
+  GarmentSize size_;
   RetargetedAvatar result_;
 };
 
 }  // namespace
 
 RetargetedAvatar retargeted(
-    const LayeredAvatar& source, const BodyModel& model, const Eigen::VectorXd& betas) {
-  Retargeter retargeter(source, model, betas);
+    const LayeredAvatar& source,
+    const BodyModel& model,
+    const Eigen::VectorXd& betas,
+    GarmentSize size) {
+  Retargeter retargeter(source, model, betas, size);
   for (const Garment& garment : source.garments)
     retargeter.putOn(garment);
   return retargeter.take();

@@ -27,6 +27,7 @@ struct RetargetCommandOptions {
   std::string upAxis;
   std::string pose = "apose";
   double seconds = 2.0;
+  bool keepSize = false;
   std::string output;
 };
 
@@ -75,6 +76,7 @@ nlohmann::json reportOf(const Target& target, const avatar::RetargetedAvatar& dr
         {{"name", garment.name},
          {"ease_change_mm",
           {{"mean", 1000.0 * garment.meanEaseChange}, {"p95", 1000.0 * garment.p95EaseChange}}},
+         {"edge_change_p95", garment.p95EdgeChange},
          {"vertices_moved", garment.movedVertices},
          {"vertices_without_room", garment.verticesBelow}});
   nlohmann::json report = {
@@ -115,7 +117,11 @@ nlohmann::json dressTarget(
     const std::filesystem::path& folder,
     const CommandContext& context) {
   const avatar::BodyModel model = avatar::loadBody(target.model);
-  avatar::RetargetedAvatar dressed = avatar::retargeted(source, model, target.betas);
+  avatar::RetargetedAvatar dressed = avatar::retargeted(
+      source,
+      model,
+      target.betas,
+      options.keepSize ? avatar::GarmentSize::kKept : avatar::GarmentSize::kGraded);
   dressed.avatar.body.model = target.model;
   const nlohmann::json report = reportOf(target, dressed);
   const Scene scene = sceneFor(options, target, dressed.avatar);
@@ -174,6 +180,10 @@ void addTargetOptions(CLI::App& verb, RetargetCommandOptions& options) {
       ->allow_extra_args(false)
       ->type_name("BODY");
   addShapeOption(verb, options.shapes, "targets");
+  verb.add_flag(
+      "--keep-size",
+      options.keepSize,
+      "The very garments, tight or loose as they are there, instead of graded ones");
   verb.add_option(
           "--motion",
           options.motion,
@@ -193,7 +203,8 @@ void addTargetOptions(CLI::App& verb, RetargetCommandOptions& options) {
 
 void addRetarget(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb = program.add_subcommand(
-      "retarget", "An avatar's clothes on other bodies, graded and simulated");
+      "retarget",
+      "An avatar's clothes on other bodies, graded or in their own size, and simulated");
   const auto options = std::make_shared<RetargetCommandOptions>();
   verb->add_option("AVATAR", options->avatar, "Avatar whose clothes are worn (.glb)")->required();
   addTargetOptions(*verb, *options);

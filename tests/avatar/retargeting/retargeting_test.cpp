@@ -68,6 +68,24 @@ TEST(Retargeting, OtherShapesKeepTheEaseAndStayOutsideTheSkin) {
   }
 }
 
+TEST(Retargeting, KeptInTheirSizeClothesAreLooseOnTheSlenderAndStayTheSame) {
+  const auto slender =
+      std::find_if(bodyPresets().begin(), bodyPresets().end(), [](const auto& preset) {
+        return preset.name == "slender";
+      });
+  ASSERT_NE(slender, bodyPresets().end());
+  const RetargetedAvatar graded = retargeted(dressedMean(), defaultBody(), slender->betas);
+  const RetargetedAvatar kept =
+      retargeted(dressedMean(), defaultBody(), slender->betas, GarmentSize::kKept);
+  for (std::size_t i = 0; i < 2; ++i) {
+    // The fit is a compromise with the place, and what ends in the skin is pushed out.
+    EXPECT_LT(kept.garments[i].p95EdgeChange, 0.03) << kept.garments[i].name;
+    EXPECT_GT(graded.garments[i].p95EdgeChange, 0.06) << graded.garments[i].name;
+    const Garment& garment = kept.avatar.garments[i];
+    EXPECT_GE(nearestToSkin(garment, slender->betas), garment.cloth.thickness - 1e-6);
+  }
+}
+
 TEST(Retargeting, AWiderBodyGetsWiderClothes) {
   // Grading follows the body: the girth of the shirt grows about as that of the body under it.
   const auto width = [](const LayeredAvatar& avatar) {
