@@ -4,6 +4,7 @@
 #include "avatar/digitization/body_enhancement.h"
 #include "avatar/digitization/garment_finishing.h"
 #include "avatar/digitization/seen_extent.h"
+#include "avatar/digitization/surface_gap.h"
 #include "avatar/skinning.h"
 #include "avatar/wardrobe/dressing_body.h"
 #include "src/program/parallel_for.h"
@@ -92,22 +93,41 @@ class Digitizer {
   void parseFrames() {
     avatar::FrameParsing parsing =
         avatar::parsedFrames(turn_.frames, skinning_, turn_.betas, options_.parsing);
-    for (std::size_t f = 0; f < turn_.frames.size(); ++f)
-      turn_.frames[f].labels = std::move(parsing.labels[f]);
+    for (std::size_t f = 0; f < turn_.frames.size(); ++f) {
+      avatar::PosedDepthFrame& frame = turn_.frames[f];
+      frame.labels = std::move(parsing.labels[f]);
+      result_.parsed.push_back(
+          {.number = turn_.numbers[f],
+           .left = static_cast<int>(std::lround(turn_.camera.cx - frame.camera.cx)),
+           .top = static_cast<int>(std::lround(turn_.camera.cy - frame.camera.cy)),
+           .width = frame.camera.width,
+           .height = frame.camera.height,
+           .labels = frame.labels});
+    }
     onePiece_ = parsing.onePiece;
     for (const std::string& warning : parsing.warnings)
       warn(warning);
   }
 
   void fuse() {
+    const std::size_t count = turn_.frames.size();
+    fused_ = fusedFrames(0, count);
+    const std::size_t some = std::min<std::size_t>(count / 10, 10);
+    constexpr double kReach = 0.05;  // errors of a person's pose are smaller [m]
+    if (some >= 2)
+      result_.loopGap =
+          avatar::medianGap(fusedFrames(count - some, count), fusedFrames(0, some), kReach);
+  }
+
+  avatar::FusedPoints fusedFrames(std::size_t first, std::size_t end) const {
     avatar::CanonicalFusion fusion(skinning_, turn_.betas, avatar::aPose(), options_.fusion);
-    for (const avatar::PosedDepthFrame& frame : turn_.frames)
-      fusion.allocate(frame);
-    for (const avatar::PosedDepthFrame& frame : turn_.frames)
-      fusion.integrate(frame);
+    for (std::size_t f = first; f < end; ++f)
+      fusion.allocate(turn_.frames[f]);
+    for (std::size_t f = first; f < end; ++f)
+      fusion.integrate(turn_.frames[f]);
     // Seen once, at right angles from 1.8 m, or more often.
     constexpr double kMinWeight = 0.3;
-    fused_ = avatar::surfacePoints(fusion.volume(), kMinWeight);
+    return avatar::surfacePoints(fusion.volume(), kMinWeight);
   }
 
   void fitBody() {
@@ -186,6 +206,9 @@ nlohmann::json digitizationFigures(const DigitizedPerson& person) {
   }
   seconds["total"] = total;
   seconds["per_frame"] = person.framesRead > 0 ? total / person.framesRead : 0.0;
+  nlohmann::json loop;
+  if (person.loopGap)
+    loop = 1000.0 * *person.loopGap;
   return {
       {"digitization_s", seconds},
       {"digitization",
@@ -193,6 +216,7 @@ nlohmann::json digitizationFigures(const DigitizedPerson& person) {
         {"frames_lost", person.framesLost},
         {"frames_fused", person.framesFused},
         {"degrees_seen", person.degreesSeen},
+        {"loop_closure_mm", loop},
         {"body_points_for_holes", person.outer.holesFilledByBody},
         {"skin_to_surface_mm", 1000.0 * person.body.skinDistance},
         {"skin_under_cloth_mm", 1000.0 * person.body.underCloth},

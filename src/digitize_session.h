@@ -9,12 +9,14 @@
 #include "avatar/digitization/surface_parsing.h"
 #include "avatar/geometry/camera.h"
 #include "avatar/layered_avatar.h"
+#include "src/digitization/label_confusion.h"
 #include "src/digitization/turn.h"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,6 +52,10 @@ struct DigitizedPerson {
   avatar::Camera camera;             ///< in the capture's world
   int framesRead = 0, framesLost = 0, framesFused = 0;
   double degreesSeen = 0.0;  ///< sides of the person that were seen, 0 … 360
+  /// Between the surfaces fused from the beginning and from the end of the turn [m]; absent: they
+  /// show different sides.
+  std::optional<double> loopGap;
+  std::vector<ParsedPicture> parsed;  ///< the frames that were fused
   StageSeconds seconds;
   std::vector<std::string> warnings;  ///< what is weak, and what to do better, one line each
 };

@@ -285,6 +285,42 @@ std::optional<SeenLeg> seenLeg(
   return std::nullopt;
 }
 
+/// Width of the gap between the thighs at a level [m]; nearly 0 where they are one.
+double thighGap(const DressingBody& body, const Adjacency& adjacency, double level) {
+  const double middle = body.joints(0, kPelvis);
+  const PlaneFrame plane = planeThrough({middle, level, 0.0}, Eigen::Vector3d::UnitY());
+  std::array<double, 2> inner = {1.0, 1.0};  // from the middle, of each side
+  for (const PlaneLoop& loop : planeSection(body.mesh(), adjacency, plane)) {
+    for (const auto point : loop.colwise()) {
+      const double x = (plane.origin + plane.axes * point).x() - middle;
+      double& nearest = inner[x > 0.0 ? 0 : 1];
+      nearest = std::min(nearest, std::abs(x));
+    }
+  }
+  return inner[0] + inner[1];
+}
+
+/// The highest level at which there is a gap of this width between the thighs [m].
+double levelWithGap(const DressingBody& body, double gap) {
+  const Adjacency adjacency = buildAdjacency(body.model->faces, body.vertices.cols());
+  const double knees = std::max(body.joints(1, kLeftKnee), body.joints(1, kRightKnee));
+  constexpr double kStep = 0.01;  // [m]
+  const int steps = std::max(0, static_cast<int>((body.crotchHeight - knees) / kStep));
+  for (int step = 0; step < steps; ++step) {
+    const double level = body.crotchHeight - step * kStep;
+    if (thighGap(body, adjacency, level) > gap)
+      return level;
+  }
+  return knees;
+}
+
+/// The part below a level.
+TriangleMesh cutAt(const TriangleMesh& part, double level) {
+  const Eigen::VectorXd above = part.vertices.row(1).array() - level;
+  const TriangleMesh below = clippedMesh(part, above);
+  return below.numFaces() > 0 ? connectedParts(below).front() : below;
+}
+
 int addMesh(GrowingMesh& grown, const TriangleMesh& mesh) {
   const int first = grown.addVertices(mesh.vertices);
   std::vector<Eigen::Vector3i> faces;
@@ -329,6 +365,34 @@ std::optional<TriangleMesh> joinedLegs(
   return grown.mesh;
 }
 
+/// Both seen legs, cut where thighs are apart, with the hips between them.
+CompletedWaist withHips(
+    const std::vector<TriangleMesh>& parts, const DressingBody& body, const WaistOptions& options) {
+  CompletedWaist result{.parts = parts};
+  auto left = seenLeg(parts, body, true);
+  auto right = seenLeg(parts, body, false);
+  if (!left || !right || left->part == right->part)
+    return result;
+  const double level = levelWithGap(body, 2.0 * (options.ease + 0.4 * options.edgeLength));
+  std::vector<TriangleMesh> legs = parts;
+  for (const std::size_t part : {left->part, right->part})
+    legs[part] = cutAt(parts[part], level - options.edgeLength);
+  left = seenLeg(legs, body, true);
+  right = seenLeg(legs, body, false);
+  if (!left || !right)
+    return result;
+  const auto joined = joinedLegs(legs, {*left, *right}, body, options);
+  if (!joined)
+    return result;
+  result.parts = {*joined};
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    if (part != left->part && part != right->part)
+      result.parts.push_back(parts[part]);
+  }
+  result.status = WaistStatus::kCompleted;
+  return result;
+}
+
 }  // namespace
 
 void WaistOptions::validate() const {
@@ -365,19 +429,7 @@ CompletedWaist completeWaist(
     result.status = WaistStatus::kCompleted;
     return result;
   }
-  const auto left = seenLeg(parts, body, true);
-  const auto right = seenLeg(parts, body, false);
-  if (!left || !right || left->part == right->part)
-    return result;
-  if (const auto joined = joinedLegs(parts, {*left, *right}, body, options)) {
-    result.parts = {*joined};
-    for (std::size_t part = 0; part < parts.size(); ++part) {
-      if (part != left->part && part != right->part)
-        result.parts.push_back(parts[part]);
-    }
-    result.status = WaistStatus::kCompleted;
-  }
-  return result;
+  return withHips(parts, body, options);
 }
 
 }  // namespace avatar

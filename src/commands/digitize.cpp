@@ -44,11 +44,14 @@ nlohmann::json figuresOf(
   figures["input"] = options.sequence;
   figures["machine"] = {{"cpu", cpuName()}, {"threads", context.threads}};
   figures["calibration_gflops"] = calibrationGflops();
-  if (!options.truth.empty())
-    figures["ground_truth"] = avatarFigures(
-        person.avatar,
-        {options.truth, options.body, context.threads},
-        {person.firstNumber, person.firstPose, person.camera.cameraFromWorld});
+  if (options.truth.empty())
+    return figures;
+  figures["ground_truth"] = avatarFigures(
+      person.avatar,
+      {options.truth, options.body, context.threads},
+      {person.firstNumber, person.firstPose, person.camera.cameraFromWorld});
+  const PictureSize size{.width = person.camera.width, .height = person.camera.height};
+  figures["ground_truth"]["label_confusion"] = labelConfusion(person.parsed, options.truth, size);
   return figures;
 }
 

@@ -35,6 +35,18 @@ nlohmann::json colorJson(const Eigen::Vector3d& color) {
   return {color[0], color[1], color[2]};
 }
 
+/// 3 × V display values as a track of one frame, in bytes.
+nlohmann::json colorsTrack(ReportPage& page, const Eigen::Matrix3Xd& colors) {
+  std::vector<std::uint32_t> values;
+  values.reserve(static_cast<std::size_t>(colors.size()));
+  for (const double value : colors.reshaped())
+    values.push_back(static_cast<std::uint32_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0))));
+  return constantTrack(
+      page,
+      values,
+      {.points = static_cast<int>(colors.cols()), .components = 3, .bytesPerValue = 1});
+}
+
 nlohmann::json materialJson(const avatar::ClothParameters& cloth) {
   nlohmann::json material = {
       {"stretch_k", cloth.stretchStiffness},
@@ -68,6 +80,8 @@ ReportParts::ReportParts(ReportPage& page, const ReportInput& input) : page_(pag
         {"kind", "body"},
         {"color", colorJson(body.color)},
         {"faces", facesTrack(page, body.mesh.faces)}};
+    if (body.vertexColors.cols() > 0)
+      bodyLook_["vertex_colors"] = colorsTrack(page, body.vertexColors);
     body_.emplace(page, kBodyStep);
   }
   for (const PerformanceLayout::Garment& garment : input.performance.layout().garments)
@@ -97,6 +111,8 @@ nlohmann::json ReportParts::madeLook(const avatar::Garment& made) {
       {"layer", made.layer},
       {"material", materialJson(made.cloth)},
       {"rest", rest.finish()}};
+  if (made.vertexColors.cols() > 0)
+    look["vertex_colors"] = colorsTrack(page_, made.vertexColors);
   if (!made.cloth.edgeStretchStiffness.empty())
     look["stiffness"] = constantTrack(
         page_, vertexStiffness(made), {.points = static_cast<int>(made.mesh.numVertices())});

@@ -53,6 +53,11 @@ function updateNormals(faces, p, n) {
   }
 }
 
+/** Light of a display value (sRGB), which materials count in. */
+function linear(value) {
+  return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+}
+
 const kTrueColor = [0.13, 0.64, 0.36];
 
 export class Surface {
@@ -74,6 +79,10 @@ export class Surface {
     this.positions = new Float32Array(3 * numVertices);
     this.normals = new Float32Array(3 * numVertices);
     this.colors = new Float32Array(3 * numVertices);
+    if (this.part.vertex_colors) {
+      const values = (await new Track(this.part.vertex_colors).load()).at(0).values;
+      this.ownColors = Float32Array.from(values, (value) => linear(value / 255));
+    }
     if (this.kind === 'garment') await this.loadCloth(numVertices);
     this.makeMesh();
     return this;
@@ -158,6 +167,8 @@ export class Surface {
     const { needs } = kColorings[name];
     if (needs && this.has(needs)) {
       paint(kColorings[name], this.values(needs, frame), this.colors);
+    } else if (this.ownColors?.length === this.colors.length) {
+      this.colors.set(this.ownColors);
     } else {
       const { r, g, b } = this.ownColor();
       for (let i = 0; i < this.colors.length; i += 3) this.colors.set([r, g, b], i);

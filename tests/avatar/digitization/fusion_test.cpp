@@ -1,6 +1,8 @@
 #include "avatar/digitization/fusion.h"
 
+#include "avatar/digitization/limbs.h"
 #include "avatar/digitization/outer_surface.h"
+#include "avatar/digitization/surface_gap.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closest_point.h"
 #include "tests/avatar/digitization/rendered_frame.h"
@@ -115,6 +117,57 @@ TEST_F(FusionTest, ClosesTheSurface) {
   // Leaves of the octree are about 15 mm.
   const std::vector<double> distances = distancesTo(body, seen);
   EXPECT_LT(distances[distances.size() / 2], 0.003);
+}
+
+TEST_F(FusionTest, ArmsTouchTheTrunkOnlyWhereTheyCameNearIt) {
+  BodyPose hanging = aPose();
+  for (const int axis : {0, 1, 2}) {
+    hanging.jointRotations[3 * kLeftShoulder + axis] *= 2.2;
+    hanging.jointRotations[3 * kRightShoulder + axis] *= 2.2;
+  }
+  const SkinnedBody live = skinning_.pose(shaped_, hanging);
+  const SkinnedBody canonical = skinning_.pose(shaped_, aPose());
+  const std::vector<Limb> limbs = limbsOfBody(model_);
+  const ArmContact contact(live.vertices.cast<float>(), canonical.vertices, limbs);
+  const ArmContact still(canonical.vertices.cast<float>(), canonical.vertices, limbs);
+  constexpr float kDistance = 0.05F;
+  constexpr float kApart = 0.08F;
+  int touching = 0;
+  for (Eigen::Index v = 0; v < live.vertices.cols(); ++v) {
+    const Eigen::Vector3f here = live.vertices.col(v).cast<float>();
+    const Eigen::Vector3f place = canonical.vertices.col(v).cast<float>();
+    ASSERT_FALSE(still.isAt(place, place, kDistance, kApart)) << "nothing moved";
+    // The slow and obvious version.
+    bool expected = false;
+    for (Eigen::Index other = 0; other < live.vertices.cols() && !expected; ++other) {
+      const float now = (live.vertices.col(other).cast<float>() - here).norm();
+      const float then = (canonical.vertices.col(other).cast<float>() - place).norm();
+      expected = now < 0.5F * kDistance && then > now + 1.2F * kApart;
+    }
+    const bool found = contact.isAt(here, place, kDistance, kApart);
+    // Cells know one vertex of each: what is well within must be found.
+    EXPECT_TRUE(found || !expected) << v;
+    touching += found ? 1 : 0;
+  }
+  EXPECT_GT(touching, 0);
+  EXPECT_LT(touching, live.vertices.cols() / 2);
+}
+
+TEST(MedianGap, OfSpheresInOneAnotherIsTheirDistance) {
+  const TriangleMesh sphere = test::icosphere(1.0, 4);
+  const auto points = [&](double radius) {
+    FusedPoints result;
+    result.points = radius * sphere.vertices;
+    result.normals = sphere.vertices;
+    return result;
+  };
+  const std::optional<double> gap = medianGap(points(0.12), points(0.125), 0.02);
+  ASSERT_TRUE(gap);
+  EXPECT_NEAR(*gap, 0.005, 1e-4);  // the nearest point is straight above
+  EXPECT_FALSE(medianGap(points(0.12), points(0.2), 0.02)) << "out of reach";
+  FusedPoints inwards = points(0.125);
+  inwards.normals *= -1.0;
+  EXPECT_FALSE(medianGap(points(0.12), inwards, 0.02)) << "another side of something thin";
 }
 
 TEST_F(FusionTest, RefusesImagesOfAnotherSize) {

@@ -6,6 +6,8 @@
 #include "avatar/digitization/surface_parsing.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"
+#include "avatar/geometry/mesh_cleanup.h"
+#include "avatar/geometry/mesh_clip.h"
 #include "avatar/geometry/mesh_intersection.h"
 #include "tests/support/dressed_person.h"
 
@@ -149,6 +151,26 @@ TEST(FinishGarments, EndsAGarmentInARingWhereThePictureEnds) {
   EXPECT_LT(heights.maxCoeff() - heights.minCoeff(), 0.01);
   EXPECT_GT(heights.mean(), height - 0.02);
   EXPECT_LT(heights.mean(), height + 0.02 + SeenExtentOptions{}.frayed);
+}
+
+TEST(CompleteWaist, JoinsLegsThatWereSeenUpToWhereThighsMeet) {
+  const BodyModel& model = defaultBody();
+  const DressingBody body = standForDressing(model, Eigen::VectorXd::Zero(model.numBetas()));
+  const TriangleMesh trousers = makeGarment({.name = "trousers"}, body, {}).mesh;
+  // Under a shirt that hides no more than what joins them.
+  std::vector<TriangleMesh> legs;
+  for (int step = 0; step < 20 && legs.size() < 2; ++step) {
+    const double hem = body.crotchHeight - 0.01 * step;
+    legs = connectedParts(clippedMesh(trousers, trousers.vertices.row(1).array() - hem));
+  }
+  ASSERT_GE(legs.size(), 2U);
+  const CompletedWaist made =
+      completeWaist(legs, body, [](const Eigen::Vector3d&) { return true; });
+  ASSERT_EQ(made.status, WaistStatus::kCompleted);
+  const Topology shape = topology(made.parts.front().faces, made.parts.front().numVertices());
+  EXPECT_TRUE(shape.manifold() && shape.oriented);
+  EXPECT_EQ(shape.components, 1);
+  EXPECT_EQ(shape.boundaryLoops, 3) << "waist and two hems";
 }
 
 TEST(FinishGarments, RefusesLabelsOfAnotherSurface) {
