@@ -8,6 +8,7 @@
 #include "avatar/skinning.h"
 #include "avatar/wardrobe/dressing_body.h"
 #include "src/program/parallel_for.h"
+#include "src/program/stdout_to_stderr.h"
 
 #include <nlohmann/json.hpp>
 
@@ -144,6 +145,7 @@ class Digitizer {
   }
 
   void complete() {
+    const StdoutToStderr quiet;  // PCL prints where its reconstruction leaves holes
     result_.outer = avatar::completeOuterSurface(fused_, dressingBody_.mesh(), options_.surface);
     result_.outer = avatar::withSeenExtent(std::move(result_.outer), dressingBody_);
     for (const std::string& warning : result_.outer.warnings)

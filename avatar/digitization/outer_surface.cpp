@@ -13,10 +13,8 @@
 #include <pcl/surface/poisson.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <queue>
 #include <stdexcept>
-#include <unistd.h>
 #include <utility>
 
 namespace avatar {
@@ -73,31 +71,6 @@ TriangleMesh closed(const TriangleMesh& mesh) {
   return closeHoles(mesh, holes, 0.0).mesh;
 }
 
-/// Sends what others write to stdout to stderr while it lives: results go to stdout.
-class StdoutToStderr {
- public:
-  StdoutToStderr() : stdout_((std::fflush(stdout), dup(STDOUT_FILENO))) {
-    if (stdout_ >= 0)
-      dup2(STDERR_FILENO, STDOUT_FILENO);
-  }
-
-  StdoutToStderr(const StdoutToStderr&) = delete;
-  StdoutToStderr(StdoutToStderr&&) = delete;
-  StdoutToStderr& operator=(const StdoutToStderr&) = delete;
-  StdoutToStderr& operator=(StdoutToStderr&&) = delete;
-
-  ~StdoutToStderr() {
-    if (stdout_ < 0)
-      return;
-    std::fflush(stdout);
-    dup2(stdout_, STDOUT_FILENO);
-    close(stdout_);
-  }
-
- private:
-  int stdout_;
-};
-
 TriangleMesh poisson(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud, int depth) {
   pcl::Poisson<pcl::PointNormal> reconstruction;
   reconstruction.setDepth(depth);
@@ -106,7 +79,6 @@ TriangleMesh poisson(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud, int de
   reconstruction.setInputCloud(cloud);
   pcl::PointCloud<pcl::PointNormal> points;
   std::vector<pcl::Vertices> polygons;
-  const StdoutToStderr quiet;  // PCL prints where it leaves holes
   reconstruction.reconstruct(points, polygons);
   TriangleMesh mesh;
   mesh.vertices.resize(3, static_cast<Eigen::Index>(points.size()));
