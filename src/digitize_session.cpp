@@ -7,6 +7,7 @@
 #include "avatar/digitization/surface_gap.h"
 #include "avatar/skinning.h"
 #include "avatar/wardrobe/dressing_body.h"
+#include "src/digitization/single_view_outfit.h"
 #include "src/program/parallel_for.h"
 #include "src/program/stdout_to_stderr.h"
 
@@ -37,6 +38,10 @@ class Digitizer {
     turn_ = trackTurn(sequence, model_, options_.turn);
     result_.seconds = {{"input", turn_.inputSeconds}, {"body_tracking", turn_.trackingSeconds}};
     describeTurn();
+    if (turn_.degreesSeen < options_.leastDegrees) {
+      stage("built_in_garments", [&] { dressBuiltIn(); });
+      return std::move(result_);
+    }
     stage("frame_parsing", [&] { parseFrames(); });
     stage("fusion", [&] { fuse(); });
     stage("inner_body", [&] { fitBody(); });
@@ -89,6 +94,26 @@ class Digitizer {
           "the body was lost in " + std::to_string(turn_.framesLost) + " of " +
           std::to_string(turn_.framesRead) +
           " frames of the turn: turn more slowly, arms a little away from the body");
+  }
+
+  /// In garments of the wardrobe, like those in the first frame.
+  void dressBuiltIn() {
+    result_.builtIn = true;
+    turn_.frames.resize(1);
+    const avatar::PosedDepthFrame& frame = turn_.frames.front();
+    if (!frame.labels.empty() || !frame.color.rgb.empty())
+      parseFrames();
+    const SingleViewOutfit outfit = singleViewOutfit(
+        frame,
+        skinning_,
+        turn_.betas,
+        {.onePiece = onePiece_ || options_.parsing.onePiece, .edgeLength = options_.edgeLength});
+    BuiltInAvatar dressed = wearing(outfit, model_, turn_.betas);
+    result_.avatar = std::move(dressed.avatar);
+    result_.body.betas = turn_.betas;
+    result_.firstPose = frame.pose;
+    for (const std::string& note : dressed.notes)
+      warn(note);
   }
 
   void parseFrames() {
@@ -189,6 +214,8 @@ void DigitizeOptions::validate() const {
   surfaceParsing.validate();
   if (!(edgeLength >= 0.008 && edgeLength <= 0.05))
     throw std::invalid_argument("DigitizeOptions: edgeLength is expected in 0.008 ... 0.05 m");
+  if (!(leastDegrees >= 0.0 && leastDegrees <= 360.0))
+    throw std::invalid_argument("DigitizeOptions: leastDegrees is expected in 0 ... 360");
   if (threads < 1)
     throw std::invalid_argument("DigitizeOptions: threads is expected at 1 or above");
 }
@@ -219,6 +246,7 @@ nlohmann::json digitizationFigures(const DigitizedPerson& person) {
         {"frames_fused", person.framesFused},
         {"degrees_seen", person.degreesSeen},
         {"loop_closure_mm", loop},
+        {"built_in_garments", person.builtIn},
         {"body_points_for_holes", person.outer.holesFilledByBody},
         {"skin_to_surface_mm", 1000.0 * person.body.skinDistance},
         {"skin_under_cloth_mm", 1000.0 * person.body.underCloth},

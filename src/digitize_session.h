@@ -31,7 +31,10 @@ struct DigitizeOptions {
   avatar::OuterSurfaceOptions surface;
   avatar::SurfaceParsingOptions surfaceParsing;
   double edgeLength = 0.02;  ///< of the garments' meshes [m], 0.008 … 0.05
-  int threads = 1;           ///< ≥ 1; never changes the result
+  /// With fewer sides of the person seen, built-in garments like those of the first frame are worn
+  /// instead of digitized ones [deg], 0 … 360.
+  double leastDegrees = 0.0;
+  int threads = 1;                                             ///< ≥ 1; never changes the result
   std::function<void(const std::string& stage)> onStage = {};  ///< called when one begins
 
   /// Throws std::invalid_argument when a value is out of its range.
@@ -44,6 +47,7 @@ using StageSeconds = std::vector<std::pair<std::string, double>>;
 /// A dressed person, and what it was made of.
 struct DigitizedPerson {
   avatar::LayeredAvatar avatar;      ///< garments `upper` and `lower`, or `dress`
+  bool builtIn = false;              ///< for want of a turn; no surface and no labels then
   avatar::OuterSurface outer;        ///< the dressed person in one piece, canonical pose
   std::vector<std::uint8_t> labels;  ///< SurfaceLabel per vertex of it
   avatar::InnerBody body;            ///< the canonical pose is the body's here

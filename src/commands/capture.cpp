@@ -30,6 +30,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// With less of the person seen, nobody turned: their back would be a guess [deg].
+constexpr double kLeastTurn = 200.0;
+
 struct CaptureVerbOptions {
   std::string sequence;
   std::string output;
@@ -44,7 +47,9 @@ struct CaptureVerbOptions {
 
 Person digitizedPerson(const CaptureVerbOptions& options, const CommandContext& context) {
   const auto model = std::make_shared<avatar::BodyModel>(avatar::loadBody(options.person.body));
-  DigitizedPerson person = digitized(options.sequence, *model, options.digitize, context);
+  DigitizeInput input = options.digitize;
+  input.leastDegrees = kLeastTurn;
+  DigitizedPerson person = digitized(options.sequence, *model, input, context);
   nlohmann::json figures = digitizationFigures(person);
   Person dressed{std::move(person.avatar), model, std::move(figures)};
   wearMaterial(dressed.avatar, options.person.material);
@@ -152,7 +157,7 @@ void requireConsistent(const CaptureVerbOptions& options) {
   if (options.person.avatar.empty() && options.person.body.empty())
     throw UsageError(
         "--avatar: give the person's avatar, or --body default to digitize the recording's turn "
-        "first");
+        "first (without a turn: to fit built-in garments)");
   if (!options.person.camera.empty() && options.person.poses.empty())
     throw UsageError("--camera: goes with --poses");
   if (options.literal && options.method != captureMethodNames().front())

@@ -30,6 +30,7 @@ DigitizedPerson digitized(
   options.turn.frames = input.turnFrames;
   options.parsing.onePiece = input.onePiece;
   options.edgeLength = input.edgeLength;
+  options.leastDegrees = input.leastDegrees;
   options.threads = context.threads;
   options.onStage = [&](const std::string& stage) { context.console.info("digitizing: " + stage); };
   DigitizedPerson person = digitize(sequence, model, options);

@@ -13,7 +13,8 @@ namespace simulcap {
 struct DigitizeInput {
   std::optional<int> turnFrames;  ///< the first frames; absent: found
   bool onePiece = false;
-  double edgeLength = 0.02;  ///< [m]
+  double edgeLength = 0.02;   ///< [m]
+  double leastDegrees = 0.0;  ///< seen of the person; with less, built-in garments are fitted
 };
 
 /// --turn, --one-piece, --edge-length.
