@@ -9,7 +9,11 @@ namespace simulcap {
 namespace {
 
 constexpr double kEngineStep = 1.0 / 60.0;  // [s]
-constexpr int kSolverIterations = 20;       // of Godot's and Unity's solvers
+constexpr int kSolverIterations = 20;       // over which solvers spread a stiffness
+/// What Godot iterates: a correction gets about an edge further each time. A skirt that hangs from
+/// its waist is stretched there by 10 % (95th percentile of edges) with 20, 5 % with 40, 3 % with
+/// 60, 2 % in ours.
+constexpr int kGodotIterations = 60;
 
 /// What a garment amounts to as one fabric.
 struct Fabric {
@@ -90,7 +94,7 @@ EngineHints engineHints(const avatar::Garment& garment) {
         {"linear_stiffness", stretch},
         {"area_angular_stiffness", bending},
         {"damping_coefficient", std::min(1.0, damping * kEngineStep)},
-        {"simulation_precision", kSolverIterations}}},
+        {"simulation_precision", kGodotIterations}}},
       {"unity",
        {{"stretchingStiffness", stretch},
         {"bendingStiffness", bending},

@@ -4,7 +4,7 @@
 set -euo pipefail
 clients=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 if ! command -v blender > /dev/null; then
-  echo "SKIPPED: blender is missing; apt-get install --no-install-recommends blender"
+  echo "SKIPPED: blender is missing; scripts/install-packages scripts/packages-clients"
   exit 77
 fi
 folder=$(mktemp -d)

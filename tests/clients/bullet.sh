@@ -3,7 +3,8 @@
 # simulated by PLAIN, which knows Bullet and nothing of ours. Exit code 77 (skipped) without PLAIN.
 set -euo pipefail
 if [[ ! -x ${3:-} ]]; then
-  echo "SKIPPED: built without Bullet's importer; apt-get install libbullet-extras-dev, then cmake again"
+  echo "SKIPPED: built without Bullet's file loader; scripts/install-packages scripts/packages-clients," \
+    "then cmake again"
   exit 77
 fi
 folder=$(mktemp -d)

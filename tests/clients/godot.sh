@@ -5,8 +5,7 @@ set -euo pipefail
 clients=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 for program in godot3 godot3-server xvfb-run; do
   if ! command -v $program > /dev/null; then
-    echo "SKIPPED: $program is missing; apt-get install --no-install-recommends godot3" \
-      "godot3-server xvfb xauth libgl1-mesa-dri"
+    echo "SKIPPED: $program is missing; scripts/install-packages scripts/packages-clients"
     exit 77
   fi
 done
