@@ -60,6 +60,12 @@ const Eigen::VectorXd& TrackedRecording::betas() const {
   return tracker_->betas();
 }
 
+const TrackerOptions& TrackedRecording::trackerOptions() const {
+  if (!tracker_)
+    throw std::logic_error("TrackedRecording: the tracker begins with the first frame");
+  return trackerOptions_;
+}
+
 TrackingState TrackedRecording::state() const {
   return {lastFrame_, tracker_ ? tracker_->state() : TrackerState{}};
 }
@@ -116,10 +122,9 @@ void TrackedRecording::begin() {
     return;
   }
   camera_->cameraFromWorld = preparation_.captureFrame()->cameraFromWorld;
-  TrackerOptions options;
   if (preparation_.captureFrame()->floorSeen)
-    options.floorHeight = 0.0;
-  tracker_.emplace(person_.model, *camera_, options);
+    trackerOptions_.floorHeight = 0.0;
+  tracker_.emplace(person_.model, *camera_, trackerOptions_);
   if (person_.betas)
     tracker_->setBetas(*person_.betas);
   if (person_.outer)

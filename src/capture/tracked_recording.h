@@ -83,6 +83,9 @@ class TrackedRecording {
   /// Usable frames in the range, at most.
   int numFrames() const;
 
+  /// Of the recording's own tracker. Throws std::logic_error before the first frame.
+  const TrackerOptions& trackerOptions() const;
+
   int framesLeftOut() const { return framesLeftOut_; }  ///< before the person was found
 
   std::vector<std::string> warnings() const { return source_->warnings(); }
@@ -100,6 +103,7 @@ class TrackedRecording {
   DepthPreparation preparation_;
   std::optional<avatar::Camera> camera_;  // once the person was found
   std::optional<BodyTracker> tracker_;    // none with known poses
+  TrackerOptions trackerOptions_;
   std::optional<TrackingState> resumed_;
   int numRead_ = 0;
   int lastFrame_ = -1;

@@ -5,6 +5,7 @@
 #include "src/comparison/capture_comparison_pictures.h"
 #include "src/comparison/capture_comparison_report.h"
 #include "src/comparison/comparison_report.h"
+#include "src/comparison/tracking_comparison.h"
 #include "src/output/image_file.h"
 #include "src/program/console.h"
 #include "src/program/machine.h"
@@ -94,6 +95,12 @@ void write(const CaptureComparisonReport& report, const std::filesystem::path& f
   avatar::writeFileAtomically(folder / "compare.svg", svg(drawing));
   writePng(folder / "compare.png", rasterized(drawing, kPixelsPerUnit));
   avatar::writeFileAtomically(folder / "compare.json", captureComparisonJson(report));
+  if (report.tracking.empty())
+    return;
+  const Drawing tracking = drawn(trackingPlot(report.tracking, report.sequence));
+  avatar::writeFileAtomically(folder / "tracking.csv", trackingCsv(report.tracking));
+  avatar::writeFileAtomically(folder / "tracking.svg", svg(tracking));
+  writePng(folder / "tracking.png", rasterized(tracking, kPixelsPerUnit));
 }
 
 /// depth_error.png, and hidden_side.png where the truth has a camera behind the person.
@@ -133,6 +140,13 @@ void compareCaptures(const CompareOptions& options, const CommandContext& contex
        .numFrames = frames.numFrames(),
        .threads = context.threads},
       captureTrials(options.comparison.quick));
+  const std::unique_ptr<GroundTruth> truth =
+      options.person.poses.empty() ? trueJoints(options.subject, person.avatar.body) : nullptr;
+  TrackingComparison tracking(
+      {*person.model, person.avatar.body.betas, outerLayer(person.avatar)},
+      person.avatar.body,
+      truth.get(),
+      options.person.poses.empty() ? trackingTrials() : std::vector<TrackingTrial>{});
   MomentChoice moments(options.subject, frames.numFrames());
   CaptureComparisonReport report;
   {
@@ -141,6 +155,8 @@ void compareCaptures(const CompareOptions& options, const CommandContext& contex
     for (std::optional<TrackedFrame> frame = frames.next(); frame;
          frame = frames.next(std::move(*frame))) {
       comparison.add(*frame, frames.camera());
+      if (options.person.poses.empty())
+        tracking.add(*frame, frames);
       moments.add(*frame);
       ++report.frames;
       progress.advance();
@@ -149,6 +165,7 @@ void compareCaptures(const CompareOptions& options, const CommandContext& contex
   if (report.frames == 0)
     throw avatar::FileError(options.subject, "", "nobody was found in any frame");
   report.trials = comparison.finish(frames.camera());
+  report.tracking = tracking.results();
   for (const std::string& note : comparison.notes())
     context.console.warn(note);
   report.program = std::string("simulcap ") + kVersion;
@@ -160,6 +177,8 @@ void compareCaptures(const CompareOptions& options, const CommandContext& contex
   write(report, options.output);
   writePictures(options, person, moments.chosen(), report, frames.camera());
   context.console.result(captureComparisonTable(report));
+  if (!report.tracking.empty())
+    context.console.result(trackingTable(report.tracking));
 }
 
 void compare(const CompareOptions& options, const CommandContext& context) {

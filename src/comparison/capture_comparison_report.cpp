@@ -101,6 +101,8 @@ std::string captureComparisonJson(const CaptureComparisonReport& report) {
     }
     json["runs"].push_back(std::move(run));
   }
+  if (!report.tracking.empty())
+    json["tracking"] = trackingJson(report.tracking);
   return json.dump(1) + "\n";
 }
 

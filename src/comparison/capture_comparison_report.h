@@ -1,6 +1,7 @@
 #pragma once
 
 #include "src/comparison/capture_comparison.h"
+#include "src/comparison/tracking_comparison.h"
 #include "src/output/plot.h"
 
 #include <string>
@@ -18,6 +19,7 @@ struct CaptureComparisonReport {
   double calibrationGflops = 0.0;
   std::int64_t frames = 0;
   std::vector<TrialResult> trials;
+  std::vector<TrackingTrialResult> tracking;  ///< none with known poses
 };
 
 /// compare.json: settings and figures of every trial, as in its metrics.json.

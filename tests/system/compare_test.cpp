@@ -173,8 +173,6 @@ TEST(Compare, CapturesARecordingByEveryMethod) {
        folder / "seq",
        "--avatar",
        folder / "seq/avatar.glb",
-       "--poses",
-       folder / "seq/gt/body.npz",
        "--quick",
        "-o",
        folder / "out"});
@@ -196,7 +194,16 @@ TEST(Compare, CapturesARecordingByEveryMethod) {
       "skinning",
       "unblended"};
   EXPECT_EQ(solvers, all);
-  for (const char* picture : {"compare.png", "depth_error.png", "hidden_side.png"})
+  // The body's tracking by 1 to 10 iterations and by few to many samples.
+  const auto& tracking = json.at("tracking");
+  ASSERT_EQ(tracking.size(), 14U);
+  EXPECT_EQ(tracking.front().at("iterations"), 1);
+  for (const auto& trial : tracking)
+    EXPECT_GT(trial.at("joint_mm").at("mean"), 0.0) << trial;
+  EXPECT_NE(tracking.front().at("joint_mm").at("mean"), tracking.back().at("joint_mm").at("mean"));
+  EXPECT_NE(
+      fileBytes(folder / "out/tracking.csv").find("track-1x1500,iterations"), std::string::npos);
+  for (const char* picture : {"compare.png", "tracking.png", "depth_error.png", "hidden_side.png"})
     EXPECT_EQ(fileBytes(folder / (std::string("out/") + picture)).substr(1, 3), "PNG") << picture;
   EXPECT_NE(fileBytes(folder / "out/simulcap/performance.npz"), "");
 }
