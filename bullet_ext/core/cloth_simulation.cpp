@@ -208,10 +208,11 @@ void ClothSimulation::runSubsteps(const FrameTiming& timing, Booking booking) {
       steppers_[i]->step(states_[i], forces_[i]);
     for (std::size_t i = 0; bookPins && i < states_.size(); ++i)
       accounts_[i].bookPins(*steppers_[i], states_[i]);
+    if (substep == timing.substeps - 1)
+      placePins();  // before the constraints, for which nothing has changed when the next frame begins
     if (!constraints_.empty())
       resolveConstraints(substep, booking);
   }
-  placePins();
 }
 
 void ClothSimulation::resolveConstraints(int substep, Booking booking) {
