@@ -1,7 +1,8 @@
-# The only find_package calls of the project: all are Debian 12's own packages (scripts/packages).
+# What the libraries need: all are Debian 12's own packages (scripts/packages). Installed beside
+# simulcapConfig.cmake, for whoever links the libraries.
+include_guard(DIRECTORY)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Threads REQUIRED)
-find_package(GTest REQUIRED)
 # By hand: Debian's Bullet CMake file names libraries without their folder. Single precision.
 find_path(Bullet_INCLUDE_DIR btBulletDynamicsCommon.h PATH_SUFFIXES bullet REQUIRED)
 add_library(bullet INTERFACE IMPORTED)

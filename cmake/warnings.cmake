@@ -45,10 +45,14 @@ endif()
 
 # simulcap_library(NAME FILES...): one static library of our own code, included from the top of
 # the tree ("avatar/geometry/mesh.h").
+# Other projects call it simulcap::NAME, built with them or installed.
 function(simulcap_library name)
   add_library(${name} STATIC ${ARGN})
-  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
-  target_link_libraries(${name} PRIVATE simulcap_warnings)
+  add_library(simulcap::${name} ALIAS ${name})
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                            $<INSTALL_INTERFACE:include/simulcap>)
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:simulcap_warnings>)
 endfunction()
 
 # simulcap_executable(NAME FILES...): one program of our own code.

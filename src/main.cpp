@@ -65,6 +65,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addExport(program, chosen);
   addFitBody(program, chosen);
   addFitPrior(program, chosen);
+  addManual(program, chosen);
   for (CLI::App* verb : program.get_subcommands({})) {
     verb->fallthrough();
     verb->footer(

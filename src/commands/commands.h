@@ -42,6 +42,7 @@ void addEvaluate(CLI::App& program, ChosenCommand& chosen);
 void addExport(CLI::App& program, ChosenCommand& chosen);
 void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
+void addManual(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
 void addReport(CLI::App& program, ChosenCommand& chosen);

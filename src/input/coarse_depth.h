@@ -65,6 +65,17 @@ void forNeighbours(const CoarseDepth& coarse, int cell, const Function& function
   }
 }
 
+/// Calls function(x, y) for the pixels of a cell.
+template <typename Function>
+void forPixels(const CoarseDepth& coarse, int cell, const Function& function) {
+  const int left = cell % coarse.width * coarse.step;
+  const int top = cell / coarse.width * coarse.step;
+  for (int y = top; y < top + coarse.step; ++y) {
+    for (int x = left; x < left + coarse.step; ++x)
+      function(x, y);
+  }
+}
+
 /// For each cell within `reach` cells of the mask the depth of the mask's cell near it [m]; 0
 /// farther away.
 std::vector<float> depthAround(

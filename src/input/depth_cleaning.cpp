@@ -1,6 +1,7 @@
 #include "src/input/depth_cleaning.h"
 
 #include "src/input/depth_noise.h"
+#include "src/input/wide_clones.h"
 
 #include <algorithm>
 #include <array>
@@ -76,7 +77,8 @@ struct Neighbourhood {
 };
 
 /// Free of branches, so that the compiler makes it wide.
-void cleanRow(const Neighbourhood& rows, int width, int minSupport, float* __restrict out) {
+SIMULCAP_WIDE_CLONES void cleanRow(
+    const Neighbourhood& rows, int width, int minSupport, float* __restrict out) {
   const float* above = rows.above;
   const float* centre = rows.centre;
   const float* below = rows.below;

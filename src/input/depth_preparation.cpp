@@ -19,6 +19,8 @@ struct DepthRange {
     low = std::min(low, z);
     high = std::max(high, z);
   }
+
+  bool holds(float z) const { return z > low && z < high && z > 0.0F; }
 };
 
 /// Per cell, the depths of the person's cells around it, with room for noise and slope.
@@ -101,22 +103,16 @@ DepthCloud withPerson(
   const std::vector<DepthRange> ranges = depthRanges(coarse, personCells);
   const Eigen::ArrayXf raysX = pixelRays(0, cloud.width, camera.cx, camera.fx);
   const Eigen::ArrayXf raysY = pixelRays(0, cloud.height, camera.cy, camera.fy);
-  const int numCellPixels = coarse.step * coarse.step;
+  const auto mark = [&](int x, int y, const DepthRange& range) {
+    const std::size_t pixel = cloud.index(x, y);
+    const float z = cloud.depth[pixel];
+    const bool belongs =
+        range.holds(z) && (!floor || isOffFloor(*floor, {raysX[x], raysY[y], 1.0F}, z));
+    cloud.person[pixel] = belongs ? 1 : 0;
+  };
   for (int cell = 0; cell < coarse.size(); ++cell) {
-    const DepthRange& range = ranges[cell];
-    if (range.high <= 0.0F)
-      continue;
-    const int left = cell % coarse.width * coarse.step;
-    const int top = cell / coarse.width * coarse.step;
-    for (int i = 0; i < numCellPixels; ++i) {
-      const int x = left + i % coarse.step;
-      const int y = top + i / coarse.step;
-      const std::size_t pixel = cloud.index(x, y);
-      const float z = cloud.depth[pixel];
-      const bool inRange = z > range.low && z < range.high && z > 0.0F;
-      const bool belongs = inRange && (!floor || isOffFloor(*floor, {raysX[x], raysY[y], 1.0F}, z));
-      cloud.person[pixel] = belongs ? 1 : 0;
-    }
+    if (ranges[cell].high > 0.0F)
+      forPixels(coarse, cell, [&](int x, int y) { mark(x, y, ranges[cell]); });
   }
   return cloud;
 }

@@ -1,10 +1,12 @@
 #include "src/input/depth_surface.h"
 
 #include "src/input/pixel_rays.h"
+#include "src/input/wide_clones.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
@@ -22,12 +24,20 @@ struct Box {
   int height() const { return bottom - top; }
 };
 
+/// The first of the mask's pixels from `first` on that is `value`, else `end`. (std::find looks at
+/// one byte at a time.)
+const std::uint8_t* findPixel(
+    const std::uint8_t* first, const std::uint8_t* end, std::uint8_t value) {
+  const void* found = std::memchr(first, value, static_cast<std::size_t>(end - first));
+  return found != nullptr ? static_cast<const std::uint8_t*>(found) : end;
+}
+
 Box boxOfPerson(const DepthCloud& cloud) {
   Box box{cloud.width, cloud.height, 0, 0};
   for (int y = 0; y < cloud.height; ++y) {
     const std::uint8_t* row = cloud.person.data() + cloud.index(0, y);
     const std::uint8_t* end = row + cloud.width;
-    const auto first = std::find(row, end, 1) - row;
+    const auto first = findPixel(row, end, 1) - row;
     if (first == cloud.width)
       continue;
     const auto afterLast = std::find(std::reverse_iterator(end), std::reverse_iterator(row), 1);
@@ -39,7 +49,7 @@ Box boxOfPerson(const DepthCloud& cloud) {
   return box;
 }
 
-constexpr int kMaxReach = 8;  // [px]
+constexpr int kLargestReach = 8;  // [px]
 
 /// Inverse depth of the person's pixels; 0 elsewhere, and in a margin around the box.
 class InverseDepth {
@@ -64,12 +74,13 @@ class InverseDepth {
 
   /// Of the person's pixels.
   float mean() const {
-    const auto count = static_cast<float>((values_ > 0.0F).count());
+    // 1 for what is within a kilometre: sums are wide where counts aren't.
+    const float count = (values_ * 1e3F).min(1.0F).sum();
     return values_.sum() / std::max(count, 1.0F);
   }
 
  private:
-  static constexpr int kMargin = 2 * kMaxReach;
+  static constexpr int kMargin = 2 * kLargestReach;
 
   static void invert(
       const float* depth, const std::uint8_t* person, float* __restrict inverse, int count) {
@@ -88,7 +99,7 @@ class InverseDepth {
 /// still see some [px].
 int reachFor(const NormalOptions& options, double focal, float meanInverseDepth) {
   const float pixels = options.baseline * static_cast<float>(focal) * meanInverseDepth;
-  return std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kMaxReach);
+  return std::clamp(static_cast<int>(std::lround(0.5F * pixels)), 1, kLargestReach);
 }
 
 /// What differences of inverse depth may be: |Δ(1/z)| = |Δz| / z². depthJump's noise over z² with
@@ -107,7 +118,7 @@ struct ComparedPixels {
 
 /// Per pixel the difference of the ones after and before and a 1, if all three are of one surface;
 /// else zeros. Free of branches, so that the compiler makes it wide.
-void findDifferences(
+SIMULCAP_WIDE_CLONES void findDifferences(
     const ComparedPixels& pixels,
     float slope,
     float* __restrict difference,
@@ -210,7 +221,7 @@ class SurfaceRows {
         rayX_(pixelRays(box.left, box.width(), camera.cx, camera.fx)),
         rayY_(pixelRays(box.top, box.height(), camera.cy, camera.fy)),
         normals_(box.width(), 3),
-        length_(box.width()) {}
+        toUnit_(box.width()) {}
 
   /// Row y of the box; rows in order from 0.
   void write(int y, DepthCloud& cloud) {
@@ -221,13 +232,13 @@ class SurfaceRows {
     const std::size_t start = cloud.index(box_.left, box_.top + y);
     const std::uint8_t* person = cloud.person.data() + start;
     const std::uint8_t* end = person + box_.width();
-    const std::uint8_t* first = std::find(person, end, 1);
+    const std::uint8_t* first = findPixel(person, end, 1);
     while (first != end) {
-      const std::uint8_t* last = std::find(first, end, 0);
+      const std::uint8_t* last = findPixel(first, end, 0);
       const auto x = static_cast<int>(first - person);
       writeRun(
           {x, static_cast<int>(last - first), start + static_cast<std::size_t>(x), rayY}, cloud);
-      first = std::find(last, end, 1);
+      first = findPixel(last, end, 1);
     }
   }
 
@@ -274,8 +285,11 @@ class SurfaceRows {
     ny = -scale_.y() * down_.mean();
     nz = -rayX_ * nx - rayY_[y] * ny - inverse;
     // Beside the person all parts may be 0.
-    length_ = (nx.square() + ny.square() + nz.square()).sqrt().max(1e-30F);
-    normals_.colwise() *= along_.isKnown() * down_.isKnown() / length_;
+    const auto length = (nx.square() + ny.square() + nz.square()).sqrt().max(1e-30F);
+    toUnit_ = along_.isKnown() * down_.isKnown() / length;
+    nx *= toUnit_;
+    ny *= toUnit_;
+    nz *= toUnit_;
   }
 
   const InverseDepth& inverse_;
@@ -284,16 +298,23 @@ class SurfaceRows {
   WindowedDifference along_, down_;
   Eigen::ArrayXf rayX_, rayY_;  // of the box' columns and rows
   Eigen::ArrayX3f normals_;     // of a row, part by part
-  Eigen::ArrayXf length_;
+  Eigen::ArrayXf toUnit_;
 };
 
-/// Memory's speed is what limits: what the person still covers is written only once.
+/// Memory's speed is what limits: what the person still covers is written only once. Masks differ
+/// in few places; where blocks of them are the same there is nothing to do.
 void clearWherePersonLeft(const std::vector<std::uint8_t>& formerPerson, DepthCloud& cloud) {
-  for (std::size_t pixel = 0; pixel < formerPerson.size(); ++pixel) {
-    if (formerPerson[pixel] <= cloud.person[pixel])
+  constexpr std::size_t kBlock = 64;
+  for (std::size_t begin = 0; begin < formerPerson.size(); begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, formerPerson.size());
+    if (std::memcmp(formerPerson.data() + begin, cloud.person.data() + begin, end - begin) == 0)
       continue;
-    cloud.points.col(pixel).setZero();
-    cloud.normals.col(pixel).setZero();
+    for (std::size_t pixel = begin; pixel < end; ++pixel) {
+      if (formerPerson[pixel] <= cloud.person[pixel])
+        continue;
+      cloud.points.col(pixel).setZero();
+      cloud.normals.col(pixel).setZero();
+    }
   }
 }
 

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <utility>
 
@@ -79,30 +80,46 @@ void writeSequence(const TemporaryFolder& folder, const Person& person) {
     writeTrueMesh(folder / ("seq/gt/garment_" + garment.name + ".npz"), garment.mesh);
 }
 
-/// OUT: the truth as a capture, its garments moved by `offset` [m], its camera by
-/// `cameraShift` [m] towards the person.
-void writeCapture(
+/// Where a capture has a garment's vertices in a frame, from where they are in truth [m].
+using Distortion = std::function<Eigen::Matrix3Xd(int frame, const Eigen::Matrix3Xd& truth)>;
+
+/// OUT: the truth as a capture, but for its garments, with its camera `cameraShift` [m] nearer to
+/// the person.
+void writeDistortedCapture(
     const TemporaryFolder& folder,
     const Person& person,
-    const Eigen::Vector3d& offset,
+    const Distortion& distortion,
     double cameraShift = 0.0) {
   avatar::writeAvatar(folder / "out/avatar.glb", person.avatar);
   writeBytes(folder / "out/camera.json", cameraJson(cameraShift));
   PerformanceLayout layout;
   layout.betas = Eigen::VectorXd::Zero(10);
-  PerformanceFrame captured;
-  captured.pose = person.pose;
-  for (const avatar::Garment& garment : person.avatar.garments) {
-    const auto count = static_cast<int>(garment.mesh.numVertices());
-    layout.garments.push_back({garment.name, count, garment.mesh.faces});
-    captured.garments.push_back(
-        {(garment.mesh.vertices.colwise() + offset).cast<float>(),
-         std::vector<std::uint8_t>(static_cast<std::size_t>(count), 0)});
-  }
+  for (const avatar::Garment& garment : person.avatar.garments)
+    layout.garments.push_back(
+        {garment.name, static_cast<int>(garment.mesh.numVertices()), garment.mesh.faces});
   PerformanceWriter writer(folder / "out/performance.npz", layout);
-  for (int frame = 0; frame < kFrames; ++frame)
+  for (int frame = 0; frame < kFrames; ++frame) {
+    PerformanceFrame captured;
+    captured.pose = person.pose;
+    for (const avatar::Garment& garment : person.avatar.garments)
+      captured.garments.push_back(
+          {distortion(frame, garment.mesh.vertices).cast<float>(),
+           std::vector<std::uint8_t>(static_cast<std::size_t>(garment.mesh.numVertices()), 0)});
     writer.append(captured);
+  }
   writer.finish();
+}
+
+/// The same with all garments moved by `offset` [m].
+void writeCapture(
+    const TemporaryFolder& folder,
+    const Person& person,
+    const Eigen::Vector3d& offset,
+    double cameraShift = 0.0) {
+  const auto moved = [&](int /*frame*/, const Eigen::Matrix3Xd& truth) -> Eigen::Matrix3Xd {
+    return truth.colwise() + offset;
+  };
+  writeDistortedCapture(folder, person, moved, cameraShift);
 }
 
 nlohmann::json evaluated(const TemporaryFolder& folder) {
@@ -283,6 +300,45 @@ TEST(Evaluate, ComparesWithSkinningAlone) {
   EXPECT_LT(skinned.at("mean"), 10.0);
   // This capture is where skinning puts it.
   EXPECT_EQ(figures.at("garment_hidden_mm"), skinned);
+}
+
+/// One millimetre to and fro on a person who stands still: a second difference of 4 mm.
+TEST(Evaluate, MeasuresShakingWhereThePersonStandsStill) {
+  const TemporaryFolder folder;
+  const Person truth = person();
+  writeSequence(folder, truth);
+  writeDistortedCapture(folder, truth, [](int frame, const Eigen::Matrix3Xd& vertices) {
+    return Eigen::Matrix3Xd(
+        vertices.colwise() + Eigen::Vector3d(0.0, frame % 2 == 0 ? 0.001 : -0.001, 0.0));
+  });
+  const nlohmann::json jitter = evaluated(folder).at("jitter_mm_per_frame");
+  EXPECT_NEAR(jitter.at("visible"), 4.0, 4.0 * kFloatMm);
+  EXPECT_NEAR(jitter.at("hidden"), 4.0, 4.0 * kFloatMm);
+}
+
+/// A garment a tenth larger, then one of a twentieth of its width, within the trunk.
+TEST(Evaluate, MeasuresStretchAndWhatIsUnderTheSkin) {
+  const TemporaryFolder folder;
+  const Person truth = person();
+  writeSequence(folder, truth);
+  writeDistortedCapture(folder, truth, [](int, const Eigen::Matrix3Xd& vertices) {
+    return Eigen::Matrix3Xd(1.1 * vertices);
+  });
+  nlohmann::json figures = evaluated(folder);
+  for (const char* figure : {"mean", "p95", "max"})
+    EXPECT_NEAR(figures.at("edge_strain").at(figure), 0.1, 2e-4) << figure;  // a bin
+  EXPECT_EQ(figures.at("penetration").at("fraction"), 0.0);
+  EXPECT_EQ(figures.at("penetration").at("max_mm"), 0.0);
+  writeDistortedCapture(folder, truth, [](int, const Eigen::Matrix3Xd& vertices) {
+    const Eigen::Vector3d middle = vertices.rowwise().mean();
+    const Eigen::Vector3d share(0.05, 1.0, 0.05);
+    return Eigen::Matrix3Xd(
+        (share.asDiagonal() * (vertices.colwise() - middle)).colwise() + middle);
+  });
+  figures = evaluated(folder);
+  EXPECT_EQ(figures.at("penetration").at("fraction"), 1.0);
+  // As deep as the middle of a trunk some 20 cm thick, but for the share.
+  EXPECT_NEAR(figures.at("penetration").at("max_mm"), 100.0, 40.0);
 }
 
 TEST(Evaluate, LeavesADamagedFileOfFiguresAlone) {

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace simulcap {
 namespace {
 
@@ -36,6 +38,24 @@ TEST(EdgeStrain, UniformStretchIsTheSameOnEveryEdge) {
   EXPECT_NEAR(strains.mean(), 0.1, 1e-12);
   EXPECT_NEAR(strains.max(), 0.1, 1e-12);
   EXPECT_EQ(strains.totalWeight(), 480.0);  // edges of the icosphere
+}
+
+/// A single triangle, one edge a fifth longer, one a tenth shorter.
+TEST(EdgeStrain, LongerAndShorterBothCount) {
+  avatar::TriangleMesh rest;
+  rest.vertices.setZero(3, 3);
+  rest.vertices.col(1) << 1.0, 0.0, 0.0;
+  rest.vertices.col(2) << 0.0, 1.0, 0.0;
+  rest.faces.resize(3, 1);
+  rest.faces << 0, 1, 2;
+  Eigen::Matrix3Xd moved = rest.vertices;
+  moved(0, 1) = 1.2;
+  moved(1, 2) = 0.9;
+  Distribution strains(1e-4);
+  EdgeStrain(rest).add(moved, strains);
+  const double diagonal = 1.5 / std::sqrt(2.0) - 1.0;  // √(1.2² + 0.9²) = 1.5
+  EXPECT_NEAR(strains.mean(), (0.2 + 0.1 + diagonal) / 3.0, 1e-12);
+  EXPECT_NEAR(strains.max(), 0.2, 1e-12);
 }
 
 TEST(Penetration, CountsWhatIsUnderTheSkin) {
