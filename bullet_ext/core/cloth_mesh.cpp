@@ -141,6 +141,10 @@ void setRestShape(ClothMesh& mesh) {
         (mesh.restPositions.col(mesh.springs(1, s)) - mesh.restPositions.col(mesh.springs(0, s)))
             .norm();
   }
+  mesh.squaredWidthLimits.resize(mesh.faces.cols());
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
+    mesh.squaredWidthLimits[f] = squaredWidthLimit(mesh, f);
+  }
   mesh.hingeRestAngles.resize(mesh.hinges.cols());
   for (Eigen::Index h = 0; h < mesh.hinges.cols(); ++h) {
     const HingeVectors<double> x = mesh.restPositions(Eigen::all, mesh.hinges.col(h));

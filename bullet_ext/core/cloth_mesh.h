@@ -42,6 +42,8 @@ struct ClothMesh {
   Eigen::Matrix3Xi faces;        ///< 3 × F, in the order of their smallest vertices
   Eigen::Matrix3Xi faceSprings;  ///< 3 × F; row k is the edge from the face's corner k to k + 1
 
+  Eigen::VectorXd squaredWidthLimits;  ///< F [m²]: squaredWidthLimit() (torsion_force.h)
+
   Eigen::Matrix2Xi springs;           ///< 2 × E vertices, smaller first; lexicographic
   Eigen::VectorXd springRestLengths;  ///< E [m]
   Eigen::VectorXd springStiffness;    ///< E, k [N/m], acting on half the length difference

@@ -77,8 +77,10 @@ void ClothSimulation::setState(int cloth, ClothState state) {
   const Eigen::Index count = mesh(cloth).numVertices();
   if (state.positions.cols() != count || state.velocities.cols() != count || !isFinite(state))
     throw std::invalid_argument("ClothSimulation: the state doesn't fit the cloth");
-  states_[static_cast<std::size_t>(cloth)] = std::move(state);
-  accounts_[static_cast<std::size_t>(cloth)].forgetElasticEnergy();
+  ClothState& old = states_[static_cast<std::size_t>(cloth)];
+  if (state.positions != old.positions)
+    accounts_[static_cast<std::size_t>(cloth)].forgetElasticEnergy();
+  old = std::move(state);
   excesses_[static_cast<std::size_t>(cloth)] = 0.0;
 }
 
@@ -208,8 +210,9 @@ void ClothSimulation::runSubsteps(const FrameTiming& timing, Booking booking) {
       steppers_[i]->step(states_[i], forces_[i]);
     for (std::size_t i = 0; bookPins && i < states_.size(); ++i)
       accounts_[i].bookPins(*steppers_[i], states_[i]);
+    // Before the constraints, for which nothing has changed then when the next frame begins.
     if (substep == timing.substeps - 1)
-      placePins();  // before the constraints, for which nothing has changed when the next frame begins
+      placePins();
     if (!constraints_.empty())
       resolveConstraints(substep, booking);
   }

@@ -265,8 +265,10 @@ class ListBuilder {
   float range_;
 };
 
-/// All pairs of boxes that overlap, and each with itself, ascending: sweep along x.
-std::vector<std::pair<int, int>> overlappingPairs(const std::vector<MotionBox>& boxes) {
+/// All wanted pairs of boxes that overlap, and each with itself, ascending: sweep along x.
+template <typename Wanted>
+std::vector<std::pair<int, int>> overlappingPairs(
+    const std::vector<MotionBox>& boxes, const Wanted& wanted) {
   std::vector<int> order(boxes.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
@@ -276,9 +278,10 @@ std::vector<std::pair<int, int>> overlappingPairs(const std::vector<MotionBox>& 
   for (auto a = order.begin(); a != order.end(); ++a) {
     const MotionBox& box = boxes[at(*a)];
     const auto beyond = [&](int b) { return boxes[at(b)].low[0] > box.high[0]; };
-    const auto overlapping = [&](int b) { return box.overlaps(boxes[at(b)]); };
+    const auto overlapping = [&](int b) { return wanted(*a, b) && box.overlaps(boxes[at(b)]); };
     const auto end = std::find_if(a, order.end(), beyond);
-    for (auto b = a; b != end; b = std::find_if(b + 1, end, overlapping)) {
+    for (auto b = std::find_if(a, end, overlapping); b != end;
+         b = std::find_if(b + 1, end, overlapping)) {
       pairs.emplace_back(std::minmax(*a, *b));
     }
   }
@@ -343,13 +346,14 @@ void ContactLists::search(const Positions& start) {
   }
   std::vector<List> lists;
   auto old = lists_.begin();
-  for (const std::pair<int, int>& patches : overlappingPairs(boxes)) {
+  const auto chosen = [this](int a, int b) { return wanted(a, b); };
+  for (const std::pair<int, int>& patches : overlappingPairs(boxes, chosen)) {
     const auto patchesOf = [](const List& list) { return std::pair(list.patch1, list.patch2); };
     old = std::find_if(
         old, lists_.end(), [&](const List& list) { return patchesOf(list) >= patches; });
     if (old != lists_.end() && patchesOf(*old) == patches) {
       lists.push_back(std::move(*old++));
-    } else if (wanted(patches.first, patches.second)) {
+    } else {
       lists.push_back({.patch1 = patches.first, .patch2 = patches.second});
     }
   }

@@ -132,7 +132,7 @@ template <typename Scalar>
 Hinge<Scalar> hingeAt(const ClothMesh& mesh, Eigen::Index h) {
   const bool limited = mesh.material.limitCompressedTorsion;
   const auto squaredLimit = [&](int wing) {
-    return limited ? static_cast<Scalar>(squaredWidthLimit(mesh, mesh.hingeFaces(wing, h)))
+    return limited ? static_cast<Scalar>(mesh.squaredWidthLimits[mesh.hingeFaces(wing, h)])
                    : Scalar(0);
   };
   return {

@@ -126,7 +126,7 @@ void WideCloth::packFaces(const ClothMesh& mesh, const Elements& elements) {
     for (int k = 0; k < 3; ++k) {
       corners_[rowOffset(i, 3, k)] = 4 * mesh.faces(k, face);
     }
-    faceRest_[at(i)] = static_cast<float>(1.0 / squaredWidthLimit(mesh, face));
+    faceRest_[at(i)] = static_cast<float>(1.0 / mesh.squaredWidthLimits[face]);
   }
   // Lanes behind the last face around the vertices: any edge will do, nobody reads their forces.
   cornerEdges_.assign(at(3 * kWideLanes * forceBlocks), 0);
