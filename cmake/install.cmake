@@ -43,6 +43,7 @@ install(
 
 if(NOT SIMULCAP_CORE_ONLY)
   install(TARGETS simulcap RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+  install(TARGETS simulcap_window LIBRARY DESTINATION lib/simulcap COMPONENT program)
   install(
     FILES ${PROJECT_BINARY_DIR}/simulcap.1
     DESTINATION ${CMAKE_INSTALL_MANDIR}/man1

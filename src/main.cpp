@@ -57,6 +57,7 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addSynth(program, chosen);
   addDigitize(program, chosen);
   addCapture(program, chosen);
+  addLive(program, chosen);
   addCompare(program, chosen);
   addEvaluate(program, chosen);
   addMeasure(program, chosen);

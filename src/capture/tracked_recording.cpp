@@ -23,15 +23,22 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
 
 TrackedRecording::TrackedRecording(
     const std::string& folder, TrackedPerson person, const FrameRange& range)
+    : TrackedRecording(openRecording(folder), folder, std::move(person), range) {}
+
+TrackedRecording::TrackedRecording(
+    std::unique_ptr<FrameSource> source,
+    const std::string& name,
+    TrackedPerson person,
+    const FrameRange& range)
     : person_(std::move(person)),
       range_(range),
-      source_(openRecording(folder)),
+      source_(std::move(source)),
       preparation_(source_->info().camera) {
   if (range.first < 0 || (range.count && *range.count < 1))
     throw std::invalid_argument("TrackedRecording: a range has frames and begins at 0 or later");
   if (source_->info().numFrames && range.first >= *source_->info().numFrames)
     throw avatar::FileError(
-        folder,
+        name,
         "",
         "has " + std::to_string(*source_->info().numFrames) + " frames, none from number " +
             std::to_string(range.first) + " on");

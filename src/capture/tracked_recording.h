@@ -60,6 +60,13 @@ class TrackedRecording {
   /// std::invalid_argument for a person that can't be tracked.
   TrackedRecording(const std::string& folder, TrackedPerson person, const FrameRange& range);
 
+  /// The same of any source; `name` is what errors call it.
+  TrackedRecording(
+      std::unique_ptr<FrameSource> source,
+      const std::string& name,
+      TrackedPerson person,
+      const FrameRange& range);
+
   /// The next frame with the person; nothing at the end. `recycled`: an earlier one whose memory
   /// may be used. Throws avatar::FileError.
   std::optional<TrackedFrame> next(TrackedFrame recycled = {});

@@ -43,6 +43,7 @@ void addExport(CLI::App& program, ChosenCommand& chosen);
 void addFitBody(CLI::App& program, ChosenCommand& chosen);
 void addFitPrior(CLI::App& program, ChosenCommand& chosen);
 void addManual(CLI::App& program, ChosenCommand& chosen);
+void addLive(CLI::App& program, ChosenCommand& chosen);
 void addMeasure(CLI::App& program, ChosenCommand& chosen);
 void addRender(CLI::App& program, ChosenCommand& chosen);
 void addReport(CLI::App& program, ChosenCommand& chosen);

@@ -89,11 +89,13 @@ void wearMaterial(avatar::LayeredAvatar& avatar, const std::string& material) {
   }
 }
 
+TrackedPerson trackedPerson(const PersonOptions& options, const Person& person) {
+  return {*person.model, person.avatar.body.betas, outerLayer(person.avatar), readPoses(options)};
+}
+
 TrackedRecording openFrames(
     const std::string& sequence, const PersonOptions& options, const Person& person) {
-  TrackedPerson tracked{
-      *person.model, person.avatar.body.betas, outerLayer(person.avatar), readPoses(options)};
-  return {sequence, std::move(tracked), options.range};
+  return {sequence, trackedPerson(options, person), options.range};
 }
 
 }  // namespace simulcap

@@ -41,6 +41,9 @@ void wearMaterial(avatar::LayeredAvatar& avatar, const std::string& material);
 /// Throws UsageError for options that don't go together, avatar::FileError.
 Person readPerson(const PersonOptions& options);
 
+/// As the tracker wants it. Keeps a reference to the person's model. Throws avatar::FileError.
+TrackedPerson trackedPerson(const PersonOptions& options, const Person& person);
+
 /// The person's frames in a recording. Keeps a reference to the person's model. Throws
 /// avatar::FileError.
 TrackedRecording openFrames(

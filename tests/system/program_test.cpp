@@ -26,6 +26,7 @@ TEST(Program, HelpExplainsEveryVerb) {
         "report",
         "fit-prior",
         "fit-body",
+        "live",
         "measure",
         "retarget",
         "simulate",
