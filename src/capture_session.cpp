@@ -107,12 +107,13 @@ CaptureOptions CaptureOptions::literal() {
   options.strainLimit.reset();
   options.hiddenMomentum = 1.0;
   options.fittedMomentum = 1.0;
+  options.substepDuration = 1.0 / 3000.0;
   options.fitRounds = 10;
   options.fitIterations = 10;
   options.fitSubstep = 1.0 / 3000.0;
   options.view.blendRadius = 0.05;
   options.steadiness.gain = 1.0;
-  options.force.mode = bullet_ext::DepthForceMode::kLiteral;
+  options.force = {.mode = bullet_ext::DepthForceMode::kLiteral};
   return options;
 }
 

@@ -40,14 +40,6 @@ std::unique_ptr<FrameSource> openSource(const LiveVerbOptions& options, const Li
   return std::make_unique<PacedSource>(openRecording(options.source), options.speed);
 }
 
-/// What can be left out to keep up: the largest stable substeps, one look for targets.
-CaptureOptions quickOptions() {
-  CaptureOptions options;
-  options.substepDuration = 1.0 / 1500.0;
-  options.fitRounds = 1;
-  return options;
-}
-
 nlohmann::json figuresOf(const LiveFigures& figures, int shown, double seconds) {
   std::vector<double> latencies = figures.latencies;
   std::sort(latencies.begin(), latencies.end());
@@ -109,7 +101,7 @@ void live(const LiveVerbOptions& options, const CommandContext& context) {
     LiveSession session(
         frames,
         {*person.model, person.avatar},
-        quickOptions(),
+        CaptureOptions{},
         context.threads,
         isCamera(options.source) ? 1.0 : options.speed);
     figures = showCapture(session, person, module, options.picture);

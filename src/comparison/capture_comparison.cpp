@@ -16,7 +16,7 @@ void addFitSettings(std::vector<CaptureTrial>& trials) {
     int rounds = 0, iterations = 0;
   };
 
-  for (const Fit fit : {Fit{1, 5}, Fit{1, 10}, Fit{2, 10}, Fit{3, 20}, Fit{5, 20}, Fit{10, 10}}) {
+  for (const Fit fit : {Fit{1, 15}, Fit{2, 5}, Fit{2, 10}, Fit{3, 10}, Fit{3, 20}, Fit{10, 10}}) {
     CaptureOptions options;
     options.fitRounds = fit.rounds;
     options.fitIterations = fit.iterations;
@@ -28,7 +28,7 @@ void addFitSettings(std::vector<CaptureTrial>& trials) {
 }
 
 void addSubsteps(std::vector<CaptureTrial>& trials) {
-  for (const int perSecond : {1500, 6000}) {
+  for (const int perSecond : {1000, 3000, 6000}) {
     CaptureOptions options;
     options.substepDuration = 1.0 / perSecond;
     trials.push_back(
