@@ -40,7 +40,7 @@ std::unique_ptr<FrameSource> openSource(const LiveVerbOptions& options, const Li
   return std::make_unique<PacedSource>(openRecording(options.source), options.speed);
 }
 
-nlohmann::json figuresOf(const LiveFigures& figures, int shown, double seconds) {
+nlohmann::json liveFiguresOf(const LiveFigures& figures, int shown, double seconds) {
   std::vector<double> latencies = figures.latencies;
   std::sort(latencies.begin(), latencies.end());
   nlohmann::json json = {
@@ -83,7 +83,8 @@ nlohmann::json showCapture(
   }
   if (window && !picture.empty())
     window->save(picture);
-  return figuresOf(session.figures(), shown, std::chrono::duration<double>(last - first).count());
+  return liveFiguresOf(
+      session.figures(), shown, std::chrono::duration<double>(last - first).count());
 }
 
 void live(const LiveVerbOptions& options, const CommandContext& context) {

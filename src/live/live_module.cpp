@@ -25,12 +25,10 @@ fs::path modulePath() {
 LiveModule::LiveModule() : library_(dlopen(modulePath().c_str(), RTLD_NOW | RTLD_LOCAL)) {
   if (library_ == nullptr)
     throw std::runtime_error(
-        std::string("the live view can't be loaded: ") + dlerror() +
+        std::string("the live view can't be loaded: ") +
+        dlerror() +  // NOLINT(concurrency-mt-unsafe): glibc keeps one per thread
         "; install simulcap with its window module and PCL's visualization library");
 }
-
-/// Stays loaded: VTK's objects have destructors that run when the program ends.
-LiveModule::~LiveModule() = default;
 
 void* LiveModule::find(const char* symbol) const {
   void* found = dlsym(library_, symbol);

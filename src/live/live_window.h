@@ -54,11 +54,6 @@ class LiveModule {
  public:
   /// Throws std::runtime_error when the module isn't there or can't be loaded.
   LiveModule();
-  ~LiveModule();
-  LiveModule(const LiveModule&) = delete;
-  LiveModule& operator=(const LiveModule&) = delete;
-  LiveModule(LiveModule&&) = delete;
-  LiveModule& operator=(LiveModule&&) = delete;
 
   /// Seen first as the camera sees it. Throws std::runtime_error without a display.
   std::unique_ptr<LiveWindow> openWindow(
@@ -72,7 +67,7 @@ class LiveModule {
  private:
   void* find(const char* symbol) const;
 
-  void* library_ = nullptr;
+  void* library_ = nullptr;  ///< stays loaded: VTK has destructors for when the program ends
 };
 
 }  // namespace simulcap

@@ -220,7 +220,8 @@ simulcap::LiveWindow* simulcapOpenWindow(
     const avatar::LayeredAvatar& avatar,
     const Eigen::Matrix3Xi& bodyFaces,
     const avatar::Camera& camera) {
-  if (std::getenv("DISPLAY") == nullptr)  // else VTK ends the program
+  // Else VTK ends the program.
+  if (std::getenv("DISPLAY") == nullptr)  // NOLINT(concurrency-mt-unsafe): nobody sets it
     throw std::runtime_error(
         "there is no display for a window (DISPLAY isn't set); xvfb-run makes one that nobody "
         "sees");
