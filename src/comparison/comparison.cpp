@@ -1,5 +1,6 @@
 #include "src/comparison/comparison.h"
 
+#include "src/comparison/median.h"
 #include "src/comparison/our_solvers.h"
 #include "src/comparison/reference_solver.h"
 #include "src/program/parallel_for.h"
@@ -53,14 +54,6 @@ bool areFinite(const Vertices& vertices) {
   return std::all_of(vertices.begin(), vertices.end(), [](const Eigen::Matrix3Xd& cloth) {
     return cloth.allFinite();
   });
-}
-
-double median(std::vector<double> values) {
-  if (values.empty())
-    return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Frames after the start that the scene has: cloth alone goes on for ever, a body moves so long.

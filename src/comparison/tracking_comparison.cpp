@@ -2,6 +2,7 @@
 
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/io/file_error.h"
+#include "src/comparison/median.h"
 #include "src/output/text_table.h"
 
 #include <algorithm>
@@ -11,14 +12,6 @@
 
 namespace simulcap {
 namespace {
-
-double median(std::vector<double> values) {
-  if (values.empty())
-    return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The default's, changed by a trial.
 TrackerOptions optionsOf(const TrackingTrial& trial, TrackerOptions options) {
