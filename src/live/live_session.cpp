@@ -1,5 +1,6 @@
 #include "src/live/live_session.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -8,6 +9,9 @@ namespace {
 
 /// Every so many-th pixel in both directions: enough to look at.
 constexpr int kPointStride = 2;
+/// Cloth is simulated for at most so long per frame, however long the last one took [s]: else each
+/// would take longer than the one before.
+constexpr double kLongestStep = 0.05;
 
 Eigen::Matrix3Xf personPoints(const DepthCloud& cloud, const avatar::Camera& camera) {
   std::vector<Eigen::Index> pixels;
@@ -83,7 +87,8 @@ void LiveSession::count(const TrackedFrame& frame) {
   lastIndex_ = frame.picture.index;
 }
 
-void LiveSession::capture(const TrackedFrame& frame, CaptureSession& session) {
+void LiveSession::capture(TrackedFrame& frame, CaptureSession& session) {
+  frame.observed.duration = std::min(frame.observed.duration, kLongestStep);
   CaptureResult result = session.processFrame(frame.observed);
   LiveScene scene{.body = std::move(result.bodyVertices)};
   for (CapturedGarment& garment : result.garments)

@@ -58,7 +58,7 @@ class LiveSession {
   using Clock = std::chrono::steady_clock;
 
   void run(const CapturePerson& person, const CaptureOptions& options, int threads);
-  void capture(const TrackedFrame& frame, CaptureSession& session);
+  void capture(TrackedFrame& frame, CaptureSession& session);
   void count(const TrackedFrame& frame);
 
   TrackedRecording& frames_;

@@ -30,6 +30,7 @@ using pcl::visualization::PCLVisualizer;
 
 constexpr int kWidth = 960;   // of the window [px]
 constexpr int kHeight = 720;  // [px]
+constexpr int kPatience = 5;  // [ms]
 
 /// A surface whose points move; VTK's own arrays, filled in place.
 class MovingMesh {
@@ -124,6 +125,8 @@ class PclWindow final : public LiveWindow {
     viewer_.addText("", 10, 10, 14, 0.9, 0.9, 0.9, kCaption);
     viewer_.registerKeyboardCallback([this](const KeyboardEvent& event) { pressed(event); });
     lookFrom(camera);
+    // ProcessEvents() waits for an event or a timer, without either for a second.
+    viewer_.getRenderWindow()->GetInteractor()->CreateRepeatingTimer(kPatience);
   }
 
   void show(const LiveScene& scene) override {
