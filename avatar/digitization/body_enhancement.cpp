@@ -2,10 +2,9 @@
 
 #include "avatar/avatar_body.h"
 #include "avatar/digitization/body_parts.h"
+#include "avatar/digitization/seen_skin.h"
 #include "avatar/digitization/skinning_field.h"
-#include "avatar/garment_binding.h"
 #include "avatar/geometry/adjacency.h"
-#include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 
 #include <Eigen/Cholesky>
@@ -16,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <queue>
 #include <stdexcept>
 #include <string>
@@ -41,102 +39,6 @@ Eigen::VectorXd weightsBelow(const BodyModel& model, int joint) {
   }
   return weights;
 }
-
-/// The part of the surface that is skin or hair and was seen.
-class SeenSkin {
- public:
-  SeenSkin(const OuterSurface& surface, const std::vector<std::uint8_t>& labels)
-      : surface_(surface),
-        part_(skinFaces(surface, labels)),
-        bvh_(part_),
-        fromCloth_(edgeDistances(surface.mesh, clothVertices(labels))),
-        evidence_(evidence(surface, labels)) {}
-
-  struct Match {
-    bool found = false;
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();   // [m]
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, of the face
-    Eigen::Vector3d color = Eigen::Vector3d::Zero();
-    bool isPure = false;    // no colour of cloth got into it
-    double evidence = 0.0;  // 0 … 1: how well the place is known
-  };
-
-  /// The nearest place, unless it is too far or looks another way.
-  Match nearest(
-      const Eigen::Vector3d& point,
-      const Eigen::Vector3d& normal,
-      const EnhancementOptions& options) const {
-    const ClosestPoint found = bvh_.closestPoint(point, options.reach);
-    if (found.face < 0)
-      return {};
-    Match match;
-    match.point = found.point;
-    match.normal = doubleAreaVector(part_, found.face).stableNormalized();
-    match.color = surface_.colors(Eigen::all, part_.faces.col(found.face)) * found.weights;
-    match.evidence = evidence_(part_.faces.col(found.face)).dot(found.weights);
-    match.found = match.evidence > 0.0 && match.normal.dot(normal) >= options.minCosine;
-    constexpr double kMixed = 0.03;  // [m]: colours are means of what is near, and edges blur
-    match.isPure = (fromCloth_(part_.faces.col(found.face)).array() > kMixed).all();
-    return match;
-  }
-
- private:
-  static std::vector<int> clothVertices(const std::vector<std::uint8_t>& labels) {
-    std::vector<int> vertices;
-    for (std::size_t v = 0; v < labels.size(); ++v) {
-      if (labels[v] != kSkinLabel)
-        vertices.push_back(static_cast<int>(v));
-    }
-    return vertices;
-  }
-
-  static TriangleMesh skinFaces(
-      const OuterSurface& surface, const std::vector<std::uint8_t>& labels) {
-    std::vector<Eigen::Index> faces;
-    for (Eigen::Index f = 0; f < surface.mesh.numFaces(); ++f) {
-      const auto corners = surface.mesh.faces.col(f);
-      if (std::all_of(corners.begin(), corners.end(), [&](int v) {
-            const auto i = static_cast<std::size_t>(v);
-            return labels[i] == kSkinLabel && surface.seen[i];
-          }))
-        faces.push_back(f);
-    }
-    return {surface.mesh.vertices, surface.mesh.faces(Eigen::all, faces)};
-  }
-
-  /// V: fades out towards where the surface was seldom seen. There it is what reconstructions make
-  /// of the edge of what they know (dark hair has no depth), and sticks out or caves in.
-  static Eigen::VectorXd evidence(
-      const OuterSurface& surface, const std::vector<std::uint8_t>& labels) {
-    std::vector<int> counts;
-    std::vector<int> ofSkin;
-    counts.reserve(labels.size());
-    for (std::size_t v = 0; v < labels.size(); ++v) {
-      const LabelCounts& seen = surface.labels[v];
-      counts.push_back(std::accumulate(seen.begin(), seen.end(), 0));
-      if (labels[v] == kSkinLabel && counts.back() > 0)
-        ofSkin.push_back(counts.back());
-    }
-    if (ofSkin.empty())
-      return Eigen::VectorXd::Zero(surface.mesh.numVertices());
-    const auto middle = ofSkin.begin() + std::ssize(ofSkin) / 2;
-    std::nth_element(ofSkin.begin(), middle, ofSkin.end());
-    constexpr double kSeldom = 0.2;  // of the median
-    std::vector<int> weak;
-    for (std::size_t v = 0; v < counts.size(); ++v) {
-      if (counts[v] < kSeldom * *middle)
-        weak.push_back(static_cast<int>(v));
-    }
-    constexpr double kFade = 0.03;  // [m]
-    return (edgeDistances(surface.mesh, weak) / kFade).cwiseMin(1.0);
-  }
-
-  const OuterSurface& surface_;
-  TriangleMesh part_;
-  TriangleBvh bvh_;
-  Eigen::VectorXd fromCloth_;  // of every vertex of the surface, along it [m]
-  Eigen::VectorXd evidence_;   // of every vertex of the surface
-};
 
 /// The offsets of the head's vertices in the pose.
 class HeadFit {
@@ -266,7 +168,8 @@ class HeadFit {
     for (std::size_t v = 0; v < matches_.size(); ++v) {
       const auto column = static_cast<Eigen::Index>(v);
       if (unknown_[v] >= 0)
-        matches_[v] = skin.nearest(places.col(column), normals.col(column), options_);
+        matches_[v] = skin.nearest(
+            places.col(column), normals.col(column), options_.reach, options_.minCosine);
     }
   }
 
@@ -451,14 +354,15 @@ void addColors(
     const Eigen::VectorXd& headWeights,
     const std::vector<BodyPart>& parts,
     BodyEnhancement& result) {
-  // Skin of limbs is nearer than this, or another limb's [m].
-  const EnhancementOptions near{.reach = 0.03};
+  constexpr double kReach = 0.03;  // [m]: skin of limbs is nearer, or another limb's
+  const double minCosine = EnhancementOptions{}.minCosine;
   const Eigen::Matrix3Xd normals = vertexNormals(body);
   std::vector<bool> seen(static_cast<std::size_t>(body.numVertices()), false);
   std::vector<int> limbs;
   std::vector<int> face;
   for (int v = 0; v < body.numVertices(); ++v) {
-    const SeenSkin::Match match = skin.nearest(body.vertices.col(v), normals.col(v), near);
+    const SeenSkin::Match match =
+        skin.nearest(body.vertices.col(v), normals.col(v), kReach, minCosine);
     if (!match.found || !match.isPure)
       continue;
     const auto vertex = static_cast<std::size_t>(v);

@@ -5,6 +5,7 @@
 #include "avatar/garment_binding.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closest_point.h"
+#include "avatar/retargeting/edge_equations.h"
 #include "avatar/retargeting/size_keeping_fit.h"
 #include "avatar/retargeting/surface_registration.h"
 #include "avatar/wardrobe/dressing_body.h"
@@ -30,13 +31,6 @@ PosedBody posed(const AvatarBody& body, const BodyPose& pose) {
 
 bool haveSameFaces(const TriangleMesh& a, const TriangleMesh& b) {
   return a.numVertices() == b.numVertices() && a.numFaces() == b.numFaces() && a.faces == b.faces;
-}
-
-double meanEdgeLength(const Eigen::Matrix3Xd& vertices, const Adjacency& adjacency) {
-  double sum = 0.0;
-  for (const auto& edge : adjacency.edges.colwise())
-    sum += (vertices.col(edge[0]) - vertices.col(edge[1])).norm();
-  return sum / static_cast<double>(adjacency.edges.cols());
 }
 
 /// How a garment's vertices lie over the skin.
@@ -73,18 +67,8 @@ Eigen::Matrix3Xd gradedDisplacement(
     const double length = kOnSkin + std::max(0.0, contact.distance[v]);
     weights[v] = std::pow(edgeLength / length, 2);
   }
-  std::vector<Eigen::Triplet<double>> entries;
-  for (Eigen::Index v = 0; v < count; ++v)
-    entries.emplace_back(v, v, weights[v]);
-  for (const auto& edge : adjacency.edges.colwise()) {
-    entries.emplace_back(edge[0], edge[0], 1.0);
-    entries.emplace_back(edge[1], edge[1], 1.0);
-    entries.emplace_back(edge[0], edge[1], -1.0);
-    entries.emplace_back(edge[1], edge[0], -1.0);
-  }
-  Eigen::SparseMatrix<double> matrix(count, count);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(
+      pulledLaplacian(weights, adjacency));
   const Eigen::MatrixXd pulls = (contact.displacement * weights.asDiagonal()).transpose();
   return factors.solve(pulls).transpose();
 }

@@ -1,5 +1,7 @@
 #include "avatar/retargeting/size_keeping_fit.h"
 
+#include "avatar/retargeting/edge_equations.h"
+
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <Eigen/SparseCholesky>
@@ -33,30 +35,6 @@ std::vector<Eigen::Matrix3d> neighbourhoodRotations(
   return products;
 }
 
-Eigen::SparseMatrix<double> pulledLaplacian(
-    Eigen::Index count, const Adjacency& adjacency, double pull) {
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(static_cast<std::size_t>(count + 4 * adjacency.edges.cols()));
-  for (Eigen::Index v = 0; v < count; ++v)
-    entries.emplace_back(v, v, pull);
-  for (const auto& edge : adjacency.edges.colwise()) {
-    entries.emplace_back(edge[0], edge[0], 1.0);
-    entries.emplace_back(edge[1], edge[1], 1.0);
-    entries.emplace_back(edge[0], edge[1], -1.0);
-    entries.emplace_back(edge[1], edge[0], -1.0);
-  }
-  Eigen::SparseMatrix<double> matrix(count, count);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-double meanLength(const Eigen::Matrix3Xd& mesh, const Adjacency& adjacency) {
-  double sum = 0.0;
-  for (const auto& edge : adjacency.edges.colwise())
-    sum += (mesh.col(edge[0]) - mesh.col(edge[1])).norm();
-  return sum / static_cast<double>(adjacency.edges.cols());
-}
-
 }  // namespace
 
 void SizeKeepingOptions::validate() const {
@@ -74,9 +52,9 @@ Eigen::Matrix3Xd sizeKeepingFit(
   options.validate();
   if (goals.cols() != mesh.cols() || adjacency.edges.cols() == 0)
     throw std::invalid_argument("sizeKeepingFit: expected a goal for every vertex, and edges");
-  const double pull = std::pow(meanLength(mesh, adjacency) / options.reach, 2);
+  const double pull = std::pow(meanEdgeLength(mesh, adjacency) / options.reach, 2);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(
-      pulledLaplacian(mesh.cols(), adjacency, pull));
+      pulledLaplacian(Eigen::VectorXd::Constant(mesh.cols(), pull), adjacency));
   Eigen::Matrix3Xd places = goals;
   for (int round = 0; round < options.rounds; ++round) {
     const std::vector<Eigen::Matrix3d> turns = neighbourhoodRotations(mesh, places, adjacency);
