@@ -34,7 +34,7 @@ Timing measure(int repeats, const Function& function) {
     seconds.push_back(std::chrono::duration<double>(stop - start).count());
   }
   std::sort(seconds.begin(), seconds.end());
-  return {seconds.front(), seconds[seconds.size() / 2]};
+  return {seconds.at(0), seconds.at(seconds.size() / 2)};
 }
 
 /// One multiply and add in each of many independent chains, which hide the latency.
