@@ -12,7 +12,10 @@ trap 'rm -r "$folder"' EXIT
 export HOME=$folder
 "$1" "$folder"
 "$2" export "$folder/avatar.glb" --to glb -o "$folder/exported.glb"
+"$2" export "$folder/stiffness.glb" --to glb -o "$folder/stiffness_exported.glb" > /dev/null
+"$2" simulate "$folder/stiffness.json" -o "$folder/ours" --quiet > "$folder/simulate.log"
 blender --background --factory-startup --python-exit-code 1 --python "$clients/blender_check.py" \
-  -- "$folder/exported.glb" > "$folder/run.log" 2>&1 || true
+  -- "$folder/exported.glb" "$folder/stiffness_exported.glb" "$folder/ours/performance.npz" \
+  > "$folder/run.log" 2>&1 || true
 grep -E 'CLOTH|Error' "$folder/run.log" || tail -20 "$folder/run.log"
 grep -q '^PASSED' "$folder/run.log"

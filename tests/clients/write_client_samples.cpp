@@ -3,12 +3,17 @@
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/geometry/primitives_mesh.h"
 #include "avatar/io/avatar_file.h"
+#include "avatar/io/mesh_file.h"
 #include "avatar/io/performance_glb.h"
 #include "avatar/motion_clips.h"
 #include "avatar/wardrobe/outfit.h"
 #include "tests/support/primitive_meshes.h"
 
+#include <nlohmann/json.hpp>
+
 #include <cmath>
+#include <fstream>
+#include <functional>
 #include <iostream>
 #include <string>
 
@@ -54,6 +59,70 @@ avatar::PerformanceCloth curtain(double depth) {
             return vertices;
           },
       .color = {0.70, 0.25, 0.22}};
+}
+
+/// A piece of middle cloth beside the body, held at `pins`.
+avatar::Garment clothBeside(
+    const avatar::AvatarBody& body,
+    const std::string& name,
+    avatar::TriangleMesh mesh,
+    const std::function<bool(const Eigen::Vector3d&)>& isHeld) {
+  avatar::Garment cloth;
+  cloth.name = name;
+  cloth.collideWith.clear();
+  for (Eigen::Index v = 0; v < mesh.numVertices(); ++v)
+    if (isHeld(mesh.vertices.col(v)))
+      cloth.pins.push_back(static_cast<int>(v));
+  cloth.skinningWeights.resize(mesh.numVertices(), body.skinningWeights.cols());
+  for (Eigen::Index v = 0; v < mesh.numVertices(); ++v)
+    cloth.skinningWeights.insert(v, 0) = 1.0;
+  cloth.skinningWeights.makeCompressed();
+  cloth.mesh = std::move(mesh);
+  return cloth;
+}
+
+/// What shows how stiff a cloth is: "hanging" from two corners it stretches, "jutting" out over an
+/// edge it bends.
+avatar::LayeredAvatar stiffnessSamples(avatar::LayeredAvatar person) {
+  constexpr double kWidth = 0.3;
+  constexpr double kOut = 0.12;    // [m] over the edge
+  constexpr double kHeld = 0.021;  // [m] of it before the edge: two rows
+  avatar::TriangleMesh hanging = avatar::test::rectangle(kWidth, kWidth, 15, 15);
+  hanging.vertices.colwise() += Eigen::Vector3d(1.2, 1.0, 0.0);
+  avatar::TriangleMesh jutting = avatar::test::rectangle(kWidth, kHeld + kOut, 15, 7);
+  for (Eigen::Index v = 0; v < jutting.numVertices(); ++v)
+    jutting.vertices.col(v) =
+        Eigen::Vector3d(-1.2 + jutting.vertices(0, v), 1.0, jutting.vertices(1, v));
+  const double top = hanging.vertices.row(1).maxCoeff();
+  const double left = hanging.vertices.row(0).minCoeff();
+  const double right = hanging.vertices.row(0).maxCoeff();
+  const double back = jutting.vertices.row(2).minCoeff();
+  person.garments = {
+      clothBeside(
+          person.body,
+          "hanging",
+          hanging,
+          [=](const Eigen::Vector3d& v) {
+            return v.y() > top - 1e-6 && (v.x() < left + 1e-6 || v.x() > right - 1e-6);
+          }),
+      clothBeside(person.body, "jutting", jutting, [=](const Eigen::Vector3d& v) {
+        return v.z() < back + kHeld;
+      })};
+  return person;
+}
+
+/// The same for `simulcap simulate`: how it hangs and juts with us.
+void writeStiffnessScene(const std::string& folder, const avatar::LayeredAvatar& samples) {
+  nlohmann::json scene = {{"time", {{"seconds", 5}}}, {"garments", nlohmann::json::array()}};
+  for (const avatar::Garment& cloth : samples.garments) {
+    avatar::writeObj(folder + "/" + cloth.name + ".obj", cloth.mesh);
+    scene["garments"].push_back(
+        {{"name", cloth.name},
+         {"mesh", {{"file", cloth.name + ".obj"}}},
+         {"pins", cloth.pins},
+         {"cloth", {{"damping", 2}}}});
+  }
+  std::ofstream(folder + "/stiffness.json") << scene.dump(1) << '\n';
 }
 
 /// A curtain, a ball that flies at it, a tumbling box and a rod, and the floor.
@@ -103,5 +172,8 @@ int main(int argc, char** argv) {
   avatar::writePerformanceGlb(folder + "/cloth.glb", everything);
   // The cloth hangs still: all of its morph targets are the same.
   avatar::writePerformanceGlb(folder + "/moving_props.glb", curtainAndProps(0.0));
+  const avatar::LayeredAvatar samples = stiffnessSamples(dressed);
+  avatar::writeAvatar(folder + "/stiffness.glb", samples);
+  writeStiffnessScene(folder, samples);
   return 0;
 }
