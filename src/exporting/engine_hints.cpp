@@ -13,7 +13,8 @@ constexpr double kEngineStep = 1.0 / 60.0;  // [s]
 constexpr int kSolverIterations = 20;       // over which solvers spread a stiffness
 /// What Godot iterates: a correction gets about an edge further each time. A skirt that hangs from
 /// its waist is stretched there by 10 % (95th percentile of edges) with 20, 5 % with 40, 3 % with
-/// 60, 2 % in ours.
+/// 60. A sheet of 30 cm that hangs from two corners sinks by 44 mm with 20, 31 with 60, 22 with
+/// 120, 12 in ours. Godot 3 doesn't resist bending, whatever it is told.
 constexpr int kGodotIterations = 60;
 
 /// What a garment amounts to as one fabric.
