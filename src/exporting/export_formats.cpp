@@ -5,7 +5,7 @@
 namespace simulcap {
 
 std::span<const ExportFormat> exportFormats() {
-  static constexpr std::array<ExportFormat, 7> kFormats = {
+  static constexpr std::array<ExportFormat, 8> kFormats = {
       ExportFormat{
           .name = "glb",
           .extension = ".glb",
@@ -21,6 +21,11 @@ std::span<const ExportFormat> exportFormats() {
           .needsPerformance = true,
           .help = "point caches of body and garments, Z up, with the meshes they move",
           .write = exportPc2},
+      ExportFormat{
+          .name = "usd",
+          .extension = ".usda",
+          .help = "USD: the avatar skinned to its skeleton; of a folder garments as they moved",
+          .write = exportUsd},
       ExportFormat{
           .name = "bullet",
           .extension = ".bullet",

@@ -27,6 +27,7 @@ std::span<const ExportFormat> exportFormats();
 std::vector<std::string> exportGlb(const ExportSource& source, const ExportPlace& place);
 std::vector<std::string> exportObj(const ExportSource& source, const ExportPlace& place);
 std::vector<std::string> exportPc2(const ExportSource& source, const ExportPlace& place);
+std::vector<std::string> exportUsd(const ExportSource& source, const ExportPlace& place);
 std::vector<std::string> exportBullet(const ExportSource& source, const ExportPlace& place);
 std::vector<std::string> exportGodot(const ExportSource& source, const ExportPlace& place);
 std::vector<std::string> exportUnity(const ExportSource& source, const ExportPlace& place);

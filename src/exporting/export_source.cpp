@@ -28,6 +28,20 @@ void requireSameGarments(const avatar::LayeredAvatar& avatar, const std::string&
   }
 }
 
+/// The place of each of the avatar's garments in the performance.
+std::vector<std::size_t> placesIn(
+    const PerformanceLayout& layout, const avatar::LayeredAvatar& avatar) {
+  std::vector<std::size_t> places;
+  for (const avatar::Garment& garment : avatar.garments)
+    places.push_back(static_cast<std::size_t>(
+        std::find_if(
+            layout.garments.begin(),
+            layout.garments.end(),
+            [&](const PerformanceLayout::Garment& g) { return g.name == garment.name; }) -
+        layout.garments.begin()));
+  return places;
+}
+
 }  // namespace
 
 ExportSource openExportSource(const std::filesystem::path& path) {
@@ -46,6 +60,19 @@ ExportSource openExportSource(const std::filesystem::path& path) {
     source.performance = performance.string();
   }
   return source;
+}
+
+void forEachFrame(const ExportSource& source, const FrameVisitor& visit) {
+  PerformanceReader reader(*source.performance);
+  const std::vector<std::size_t> places = placesIn(reader.layout(), source.avatar);
+  int number = 0;
+  while (std::optional<PerformanceFrame> frame = reader.next()) {
+    std::vector<Eigen::Matrix3Xf> garments;
+    garments.reserve(places.size());
+    for (const std::size_t place : places)
+      garments.push_back(std::move(frame->garments[place].vertices));
+    visit(number++, frame->pose, garments);
+  }
 }
 
 ExportPlace exportPlace(const std::filesystem::path& path, const std::string& extension) {

@@ -2,9 +2,13 @@
 
 #include "avatar/layered_avatar.h"
 
+#include <Eigen/Core>
+
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace simulcap {
 
@@ -18,6 +22,13 @@ struct ExportSource {
 /// Reads an avatar (.glb), or the avatar.glb and performance.npz of a folder. Throws
 /// avatar::FileError for what can't be used: missing, damaged, a performance of other garments.
 ExportSource openExportSource(const std::filesystem::path& path);
+
+/// A frame's number, the body's pose and every garment's vertices, in the avatar's order [m].
+using FrameVisitor =
+    std::function<void(int, const avatar::BodyPose&, const std::vector<Eigen::Matrix3Xf>&)>;
+
+/// Shows `visit` every frame of the source's performance; one is held at a time.
+void forEachFrame(const ExportSource& source, const FrameVisitor& visit);
 
 /// Where a format writes. A path with the format's own extension names the main file, and what goes
 /// with it lies beside it under the same stem; any other path is a folder.

@@ -1,5 +1,6 @@
 #include "avatar/avatar_pose.h"
 #include "avatar/io/atomic_file.h"
+#include "avatar/io/avatar_extras.h"
 #include "avatar/io/avatar_file.h"
 #include "avatar/io/mesh_file.h"
 #include "avatar/io/performance_glb.h"
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <functional>
 #include <memory>
 
 namespace simulcap {
@@ -20,41 +20,6 @@ namespace {
 
 using avatar::Garment;
 using avatar::LayeredAvatar;
-using avatar::TriangleMesh;
-
-avatar::BodyPose startPose(const LayeredAvatar& avatar) {
-  return avatar.garments.empty() ? avatar::BodyPose{} : avatar.garments.front().bindPose;
-}
-
-/// The place of each of the avatar's garments in the performance.
-std::vector<std::size_t> placesIn(const PerformanceLayout& layout, const LayeredAvatar& avatar) {
-  std::vector<std::size_t> places;
-  for (const Garment& garment : avatar.garments)
-    places.push_back(static_cast<std::size_t>(
-        std::find_if(
-            layout.garments.begin(),
-            layout.garments.end(),
-            [&](const PerformanceLayout::Garment& g) { return g.name == garment.name; }) -
-        layout.garments.begin()));
-  return places;
-}
-
-/// Calls visit(number, pose, garments' vertices in the avatar's order) for every frame.
-void forEachFrame(
-    const ExportSource& source,
-    const std::function<void(int, const avatar::BodyPose&, const std::vector<Eigen::Matrix3Xf>&)>&
-        visit) {
-  PerformanceReader reader(*source.performance);
-  const std::vector<std::size_t> places = placesIn(reader.layout(), source.avatar);
-  int number = 0;
-  while (std::optional<PerformanceFrame> frame = reader.next()) {
-    std::vector<Eigen::Matrix3Xf> garments;
-    garments.reserve(places.size());
-    for (const std::size_t place : places)
-      garments.push_back(std::move(frame->garments[place].vertices));
-    visit(number++, frame->pose, garments);
-  }
-}
 
 /// Every n-th frame, so that viewers can hold them all.
 avatar::Performance viewersPerformance(const ExportSource& source) {
@@ -174,7 +139,7 @@ std::vector<std::string> exportGlb(const ExportSource& source, const ExportPlace
 
 std::vector<std::string> exportObj(const ExportSource& source, const ExportPlace& place) {
   const LayeredAvatar& avatar = source.avatar;
-  const avatar::BodyPose pose = startPose(avatar);
+  const avatar::BodyPose pose = avatar::filePose(avatar);
   std::vector<Eigen::Matrix3Xd> start;
   for (const Garment& garment : avatar.garments)
     start.push_back(avatar::posedVertices(garment, avatar.body, pose));

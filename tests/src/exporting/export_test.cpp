@@ -16,9 +16,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <regex>
 #include <sstream>
+#include <string_view>
 
 namespace simulcap {
 namespace {
@@ -145,6 +148,137 @@ TEST(Export, ObjHasBodyAndGarmentsInTheirOrder) {
   const Eigen::Vector3d expected =
       avatar::posedVertices(last, person().body, person().garments.front().bindPose).rightCols<1>();
   EXPECT_LT((read.mesh.vertices.rightCols<1>() - expected).norm(), 1e-8);
+}
+
+/// The numbers of a property, after the place where its prim begins; of one time if it has many.
+std::vector<double> numbersOf(
+    const std::string& usd,
+    const std::string& prim,
+    const std::string& property,
+    const std::string& time = "") {
+  std::size_t at = usd.find(property, usd.find("\"" + prim + "\""));
+  if (!time.empty())
+    at = usd.find(" " + time + ": ", at) + time.size() + 2;
+  else
+    at = usd.find('=', at) + 1;
+  std::string line = usd.substr(at, usd.find('\n', at) - at);
+  std::replace_if(
+      line.begin(),
+      line.end(),
+      [](char c) { return std::string_view("[](),").find(c) != std::string_view::npos; },
+      ' ');
+  std::istringstream stream(line);
+  return {std::istream_iterator<double>(stream), {}};
+}
+
+Eigen::Matrix3Xd pointsOf(const std::vector<double>& numbers) {
+  return Eigen::Map<const Eigen::Matrix3Xd>(numbers.data(), 3, std::ssize(numbers) / 3);
+}
+
+/// Joint j's matrix, which USD writes by rows and multiplies from the right.
+Eigen::Affine3d jointTransform(const std::vector<double>& numbers, std::size_t joint) {
+  return Eigen::Affine3d(Eigen::Map<const Eigen::Matrix4d>(&numbers.at(16 * joint)));
+}
+
+/// What UsdSkel makes of a mesh: Σ w · joint from skeleton · bind⁻¹ · geometry's point.
+Eigen::Matrix3Xd skinnedByUsd(
+    const std::string& usd, const std::string& prim, const std::vector<Eigen::Affine3d>& local) {
+  const std::vector<int>& parents = person().body.parents;
+  const std::vector<double> bind = numbersOf(usd, "skeleton", "bindTransforms");
+  std::vector<Eigen::Affine3d> world = local;
+  for (std::size_t j = 1; j < world.size(); ++j)
+    world[j] = world[static_cast<std::size_t>(parents[j])] * local[j];
+  const Eigen::Matrix3Xd points = pointsOf(numbersOf(usd, prim, "point3f[] points"));
+  const std::vector<double> joints = numbersOf(usd, prim, "skel:jointIndices");
+  const std::vector<double> weights = numbersOf(usd, prim, "skel:jointWeights");
+  Eigen::Matrix3Xd skinned = Eigen::Matrix3Xd::Zero(3, points.cols());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const auto joint = static_cast<std::size_t>(joints[i]);
+    const auto v = static_cast<Eigen::Index>(i / 4);
+    skinned.col(v) += weights.at(i) * (world[joint] * jointTransform(bind, joint).inverse() *
+                                       Eigen::Vector3d(points.col(v)));
+  }
+  return skinned;
+}
+
+TEST(Export, UsdsSkinningShowsTheAvatarInItsPose) {
+  const TemporaryFolder folder;
+  exportUsd(alone(), exportPlace(folder.path("a.usda"), ".usda"));
+  const std::string usd = textOf(folder.path("a.usda"));
+  const LayeredAvatar& avatar = person();
+  const std::vector<double> rest = numbersOf(usd, "skeleton", "restTransforms");
+  std::vector<Eigen::Affine3d> local;
+  for (std::size_t j = 0; j < avatar.body.parents.size(); ++j)
+    local.push_back(jointTransform(rest, j));
+  const avatar::BodyPose& pose = avatar.garments.front().bindPose;
+  // Points and weights are float32 of numbers up to 2.
+  EXPECT_LT(
+      (skinnedByUsd(usd, "body", local) - avatar::posedVertices(avatar.body, pose))
+          .cwiseAbs()
+          .maxCoeff(),
+      1e-6);
+  for (const Garment& garment : avatar.garments) {
+    EXPECT_LT(
+        (skinnedByUsd(usd, garment.name, local) - garment.mesh.vertices).cwiseAbs().maxCoeff(),
+        1e-6);
+    EXPECT_EQ(
+        pointsOf(numbersOf(usd, garment.name, "primvars:rest")).cast<float>(),
+        garment.mesh.vertices.cast<float>());
+    EXPECT_EQ(
+        numbersOf(usd, garment.name, "simulcap:cloth:stretch_k"),
+        std::vector{garment.cloth.stretchStiffness});
+    EXPECT_EQ(
+        numbersOf(usd, garment.name, "int[] simulcap:cloth:pins"),
+        std::vector<double>(garment.pins.begin(), garment.pins.end()));
+    EXPECT_EQ(
+        numbersOf(usd, garment.name, "faceVertexIndices").size(),
+        static_cast<std::size_t>(garment.mesh.faces.size()));
+  }
+}
+
+TEST(Export, UsdMovesAsThePerformance) {
+  const TemporaryFolder run;
+  writeRun(run);
+  const TemporaryFolder folder;
+  exportUsd(openExportSource(run.path()), exportPlace(folder.path("a.usda"), ".usda"));
+  const std::string usd = textOf(folder.path("a.usda"));
+  const avatar::Motion motion = walk();
+  EXPECT_NE(usd.find("timeCodesPerSecond = 20\n"), std::string::npos);
+  EXPECT_NE(usd.find("endTimeCode = 3\n"), std::string::npos);
+  for (int f = 0; f < kFrames; ++f) {
+    const avatar::BodyPose& pose = motion.frames[static_cast<std::size_t>(f)];
+    for (const Garment& garment : person().garments)
+      EXPECT_EQ(
+          pointsOf(numbersOf(usd, garment.name, "points.timeSamples", std::to_string(f)))
+              .cast<float>(),
+          clothAt(garment, pose, f));
+    const auto turns = numbersOf(usd, "motion", "rotations.timeSamples", std::to_string(f));
+    const auto places =
+        pointsOf(numbersOf(usd, "motion", "translations.timeSamples", std::to_string(f)));
+    std::vector<Eigen::Affine3d> local;
+    for (std::size_t j = 0; j < person().body.parents.size(); ++j)
+      local.push_back(
+          Eigen::Translation3d(places.col(static_cast<Eigen::Index>(j))) *
+          Eigen::Quaterniond(turns[4 * j], turns[4 * j + 1], turns[4 * j + 2], turns[4 * j + 3]));
+    // Float32 rotations chained over up to nine joints.
+    EXPECT_LT(
+        (skinnedByUsd(usd, "body", local) - avatar::posedVertices(person().body, pose))
+            .cwiseAbs()
+            .maxCoeff(),
+        2e-6);
+  }
+}
+
+TEST(Export, UsdNamesAreValidAndKeepTheGarmentsName) {
+  ExportSource source = alone();
+  source.avatar.garments[0].name = "2nd \"T-shirt\"";
+  source.avatar.garments[1].name = "body";
+  const TemporaryFolder folder;
+  exportUsd(source, exportPlace(folder.path("a.usda"), ".usda"));
+  const std::string usd = textOf(folder.path("a.usda"));
+  EXPECT_NE(usd.find("def Mesh \"_2nd__T_shirt_\""), std::string::npos);
+  EXPECT_NE(usd.find("def Mesh \"body_\""), std::string::npos);
+  EXPECT_NE(usd.find("cloth:name = \"2nd \\\"T-shirt\\\"\""), std::string::npos);
 }
 
 TEST(Export, BulletFileHasTheGarmentsAsTheirParametersSay) {
