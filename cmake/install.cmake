@@ -58,7 +58,7 @@ if(NOT SIMULCAP_CORE_ONLY)
     DESTINATION ${CMAKE_INSTALL_DATADIR}/simulcap
     COMPONENT program)
   install(
-    FILES README.md LICENSE docs/file_formats.md docs/physics.md
+    FILES README.md LICENSE docs/architecture.md docs/formats.md docs/physics.md
     DESTINATION ${CMAKE_INSTALL_DOCDIR}
     COMPONENT program)
 endif()
