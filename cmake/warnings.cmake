@@ -39,8 +39,15 @@ if(SIMULCAP_SANITIZE)
                       -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=address,undefined)
   # GCC 12 reports false positives from inlined Eigen code under the sanitizers.
-  target_compile_options(simulcap_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-null-dereference
+  target_compile_options(simulcap_warnings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference
                                                      -Wno-maybe-uninitialized>)
+endif()
+if(SIMULCAP_FUZZ)
+  # Numbers of a file that no integer can hold are what a fuzzer finds first.
+  add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fsanitize=fuzzer-no-link,float-cast-overflow>)
+  add_link_options(-fsanitize=float-cast-overflow)
+  # Releases are compiled by GCC: Clang's other opinions don't matter here.
+  target_compile_options(simulcap_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-w>)
 endif()
 
 # simulcap_library(NAME FILES...): one static library of our own code, included from the top of

@@ -65,49 +65,84 @@ std::size_t bytesOfType(const std::string& path, const std::string& type) {
   return found->bytes;
 }
 
-PlyProperty readProperty(const std::string& path, std::istringstream& words) {
-  std::string type;
-  words >> type;
-  if (type != "list") {
-    return {0, bytesOfType(path, type)};
+/// A word that must be there.
+std::string nextWord(const std::string& path, std::istringstream& words) {
+  std::string word;
+  if (!(words >> word)) {
+    fail(path, "has an incomplete line in its PLY header");
   }
-  std::string countType;
-  words >> countType >> type;
-  return {bytesOfType(path, countType), bytesOfType(path, type)};
+  return word;
 }
 
-PlyHeader::Format readFormat(std::istringstream& words) {
-  std::string name;
-  words >> name;
-  return name == "ascii"                  ? PlyHeader::Format::kText
-         : name == "binary_little_endian" ? PlyHeader::Format::kLittleEndian
-                                          : PlyHeader::Format::kBigEndian;
+PlyProperty readProperty(const std::string& path, std::istringstream& words) {
+  PlyProperty property;
+  std::string type = nextWord(path, words);
+  if (type == "list") {
+    property.countBytes = bytesOfType(path, nextWord(path, words));
+    type = nextWord(path, words);
+  }
+  property.valueBytes = bytesOfType(path, type);
+  nextWord(path, words);  // its name
+  return property;
+}
+
+PlyHeader::Format readFormat(const std::string& path, std::istringstream& words) {
+  const std::string name = nextWord(path, words);
+  nextWord(path, words);  // its version
+  if (name == "ascii") {
+    return PlyHeader::Format::kText;
+  }
+  if (name == "binary_little_endian") {
+    return PlyHeader::Format::kLittleEndian;
+  }
+  if (name == "binary_big_endian") {
+    return PlyHeader::Format::kBigEndian;
+  }
+  fail(path, "has the unknown PLY format '" + name + "'");
 }
 
 PlyElement readElement(const std::string& path, std::istringstream& words) {
-  std::string name;
   PlyElement element;
-  words >> name >> element.count;
-  if (!words) {
+  nextWord(path, words);  // its name
+  if (!(words >> element.count)) {
     fail(path, "has a PLY element without a count");
   }
   return element;
 }
 
+/// Anything but the format's own lines is refused, because assimp may take it for another one.
+void readLine(const std::string& path, const std::string& line, PlyHeader& header) {
+  std::istringstream words(line);
+  const std::string keyword = nextWord(path, words);
+  if (keyword == "comment" || keyword == "obj_info") {
+    return;
+  }
+  if (keyword == "format") {
+    header.format = readFormat(path, words);
+  } else if (keyword == "element") {
+    header.elements.push_back(readElement(path, words));
+  } else if (keyword == "property" && !header.elements.empty()) {
+    header.elements.back().properties.push_back(readProperty(path, words));
+  } else {
+    fail(path, "has a line in its PLY header that is none of PLY's");
+  }
+  std::string rest;
+  if (words >> rest) {
+    fail(path, "has a line in its PLY header that is too long");
+  }
+}
+
+/// The lines after the first, which is "ply".
 PlyHeader readHeader(const std::string& path, std::string_view text) {
   PlyHeader header;
   std::istringstream lines{std::string(text)};
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
-    std::string keyword;
-    words >> keyword;
-    if (keyword == "format") {
-      header.format = readFormat(words);
-    } else if (keyword == "element") {
-      header.elements.push_back(readElement(path, words));
-    } else if (keyword == "property" && !header.elements.empty()) {
-      header.elements.back().properties.push_back(readProperty(path, words));
-    }
+  std::string line;
+  std::getline(lines, line);
+  if (line != "ply" && line != "ply\r") {
+    fail(path, "doesn't begin with PLY's mark");
+  }
+  while (std::getline(lines, line)) {
+    readLine(path, line, header);
   }
   return header;
 }
@@ -188,14 +223,18 @@ class PlyWalk {
 }  // namespace
 
 void requirePly(const std::string& path, std::string_view bytes) {
-  const std::string_view end = "\nend_header";
-  const std::size_t stop = bytes.find(end);
-  if (!bytes.starts_with("ply") || stop == std::string_view::npos) {
+  const std::string_view mark = "\nend_header";
+  const std::size_t end = bytes.find(mark);
+  if (!bytes.starts_with("ply") || end == std::string_view::npos) {
     fail(path, "has no complete PLY header");
   }
-  const PlyHeader header = readHeader(path, bytes.substr(0, stop));
-  const std::size_t newline = std::min(bytes.find('\n', stop + end.size()), bytes.size() - 1);
-  PlyWalk walk(path, header.format, bytes.substr(newline + 1));
+  const PlyHeader header = readHeader(path, bytes.substr(0, end));
+  std::string_view body = bytes.substr(end + mark.size());
+  if (!body.starts_with("\n") && !body.starts_with("\r\n")) {
+    fail(path, "has no complete PLY header");
+  }
+  body.remove_prefix(body.find('\n') + 1);
+  PlyWalk walk(path, header.format, body);
   for (const PlyElement& element : header.elements) {
     walk.pass(element);
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -134,11 +135,11 @@ std::optional<PerformanceFrame> PerformanceReader::next() {
   const std::string number = std::to_string(poses_.rowsRead() - 1);
   if (!frame.pose.jointRotations.allFinite() || !frame.pose.translation.allFinite())
     fail("poses", "frame " + number + " is not finite; capture again");
-  frame.recordingIndex = static_cast<int>(
-      indices_ ? indices_->next().at(0) : static_cast<double>(poses_.rowsRead() - 1));
-  if (frame.recordingIndex <= lastIndex_)
+  const double index =
+      indices_ ? indices_->next().at(0) : static_cast<double>(poses_.rowsRead() - 1);
+  if (!(index > lastIndex_ && index <= std::numeric_limits<int>::max()))
     fail("frame_index", "frame " + number + " has no larger number than the one before");
-  lastIndex_ = frame.recordingIndex;
+  lastIndex_ = frame.recordingIndex = static_cast<int>(index);
   for (std::size_t i = 0; i < garments_.size(); ++i)
     frame.garments.push_back(readGarment(i));
   return frame;

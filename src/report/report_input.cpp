@@ -54,6 +54,17 @@ std::optional<nlohmann::json> resultOf(
   return document;
 }
 
+/// What metrics.json says was captured or simulated; empty when it says nothing.
+std::string inputOf(const ReportInput& input) {
+  const auto found = input.metrics.find("input");
+  if (found == input.metrics.end())
+    return "";
+  if (!found->is_string())
+    throw avatar::FileError(
+        within(input.folder, "metrics.json"), "input", "is no text; write it anew or take it away");
+  return found->get<std::string>();
+}
+
 PerformanceReader openPerformance(const std::string& folder) {
   if (!fs::is_directory(folder))
     throw avatar::FileError(
@@ -116,7 +127,7 @@ void openSeen(const ReportOptions& options, ReportInput& input) {
   }
   std::string folder = options.recording;
   if (folder.empty()) {
-    folder = input.metrics.value("input", "");
+    folder = inputOf(input);
     if (folder.empty() || !fs::is_directory(folder)) {
       input.notes.push_back(
           "without camera view and depth: the recording " + folder +
@@ -130,7 +141,7 @@ void openSeen(const ReportOptions& options, ReportInput& input) {
 
 /// The scene of a simulation, as metrics.json names it.
 void readScene(ReportInput& input) {
-  const std::string path = input.metrics.value("input", "");
+  const std::string path = inputOf(input);
   if (fs::path(path).extension() != ".json")
     return;
   input.scene = textIfThere(path);
