@@ -18,6 +18,7 @@ if(NOT SIMULCAP_CORE_ONLY)
   # Through pkg-config: Debian's libzip CMake file wants command-line tools that we don't need.
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(libzip REQUIRED IMPORTED_TARGET libzip)
+  pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)
   find_package(ZLIB REQUIRED)
   find_package(CLI11 REQUIRED)
   find_package(spdlog REQUIRED)

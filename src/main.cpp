@@ -1,5 +1,6 @@
 #include "src/commands/commands.h"
 #include "src/program/console.h"
+#include "src/program/interruption.h"
 #include "src/program/version.h"
 
 #include <CLI/CLI.hpp>
@@ -48,7 +49,8 @@ void setUp(CLI::App& program, ProgramOptions& options, ChosenCommand& chosen) {
   addProgramOptions(program, options);
   program.footer(
       "simulcap VERB --help explains the options of a verb.\n"
-      "Exit code: 0 done, 1 the input or the machine failed, 2 wrong usage.");
+      "Exit code: 0 done, 1 the input or the machine failed, 2 wrong usage. Ctrl-C ends it as a "
+      "signal (130 for a shell), without half-written files.");
   addDemo(program, chosen);
   addRender(program, chosen);
   addReport(program, chosen);
@@ -109,12 +111,16 @@ int runChosen(const ChosenCommand& chosen, const ProgramOptions& options) {
   const Console console(options.console);
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
   const int threads = options.threads > 0 ? options.threads : static_cast<int>(cores);
+  watchForSignals();
   try {
     chosen({.console = console, .threads = threads});
     return kDone;
   } catch (const UsageError& error) {
     console.error(error.what());
     return kWrongUsage;
+  } catch (const Interrupted& interrupted) {
+    console.error("interrupted");
+    endAsInterrupted(interrupted);
   } catch (const std::bad_alloc&) {
     console.error("not enough memory");
   } catch (const std::exception& error) {

@@ -22,13 +22,19 @@ void writeFileAtomically(const std::string& path, std::string_view bytes) {
   file.commit();
 }
 
+void requireWritable(const std::string& path) {
+  const AtomicFileWriter never(path);
+}
+
 AtomicFileWriter::AtomicFileWriter(std::string path)
     : path_(std::move(path)), temporary_(path_ + ".tmp" + std::to_string(getpid())) {
   const fs::path target(path_);
-  std::error_code ignored;
+  std::error_code error;
   if (target.has_parent_path())
-    fs::create_directories(target.parent_path(), ignored);
-  if (fs::is_directory(target, ignored))
+    fs::create_directories(target.parent_path(), error);
+  if (error)
+    fail(error.value());
+  if (fs::is_directory(target, error))
     throw FileError(path_, "", "is a folder; give the name of a file to write");
   file_.reset(std::fopen(temporary_.c_str(), "wb"));
   if (!file_)
@@ -82,7 +88,7 @@ void AtomicFileWriter::fail(int reason) {
       path_,
       "",
       "cannot be written (" + std::generic_category().message(reason) +
-          "); choose a folder you may write to");
+          "); choose a folder with room that you may write to");
 }
 
 }  // namespace avatar

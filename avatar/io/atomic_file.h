@@ -11,6 +11,9 @@ namespace avatar {
 /// folders on the way are made. Throws FileError.
 void writeFileAtomically(const std::string& path, std::string_view bytes);
 
+/// Throws FileError when no file could be written there: before long work that ends with it.
+void requireWritable(const std::string& path);
+
 /// The same piece by piece, for files that are made while the program runs. Destroyed before
 /// commit() it leaves nothing behind.
 class AtomicFileWriter {

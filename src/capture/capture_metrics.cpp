@@ -2,6 +2,7 @@
 
 #include "src/evaluation/capture_evaluation.h"
 #include "src/evaluation/metrics_file.h"
+#include "src/program/interruption.h"
 #include "src/program/machine.h"
 #include "src/program/version.h"
 
@@ -13,8 +14,8 @@ CaptureMetrics writeCaptureMetrics(const FinishedCapture& capture, const std::st
   CaptureEvaluation evaluation(
       capture.folder,
       {.truthFolder = truthFolder, .threads = capture.threads, .captureModel = capture.model});
-  while (evaluation.advance()) {
-  }
+  while (evaluation.advance())
+    stopIfInterrupted();
   CaptureMetrics metrics{capture.figures.json(), evaluation.notes()};
   metrics.figures.update(evaluation.figures());
   metrics.figures.update(capture.details);

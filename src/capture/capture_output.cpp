@@ -28,6 +28,30 @@ void remove(const std::string& path) {
   fs::remove(path, ignored);
 }
 
+/// What a killed run was writing, under temporary names: ours, or libzip's, which add to the name.
+void removeHalfWritten(const fs::path& folder) {
+  std::error_code none;
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    for (const char* file :
+         {"avatar.glb.",
+          "camera.json.",
+          "checkpoint.npz.",
+          "contact_sheet.png.",
+          "metrics.json.",
+          "performance.glb.",
+          "performance.mp4.",
+          "performance.npz.",
+          "report.html.",
+          "timing.csv."})
+      if (name.starts_with(file) && entry.is_regular_file(none))
+        found.push_back(entry.path());
+  }
+  for (const fs::path& file : found)
+    remove(file);
+}
+
 bool sameBytes(const std::string& a, const std::string& b) {
   std::ifstream first(a, std::ios::binary), second(b, std::ios::binary);
   using Bytes = std::istreambuf_iterator<char>;
@@ -47,6 +71,7 @@ bool isMoment(int ordinal, int numFrames) {
 
 CaptureOutput::CaptureOutput(fs::path folder, CaptureOutputSetup setup)
     : folder_(std::move(folder)), setup_(std::move(setup)) {
+  removeHalfWritten(folder_);
   if (setup_.resume && fs::exists(path("checkpoint.npz")))
     resume();
   else
@@ -121,6 +146,9 @@ void CaptureOutput::finish(const avatar::Camera& camera) {
   if (performance_)
     performance_->finish();
   writeFromPerformance(camera);
+}
+
+void CaptureOutput::close() {
   remove(path("checkpoint.npz"));
 }
 

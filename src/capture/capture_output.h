@@ -34,7 +34,7 @@ struct CaptureOutputSetup {
 /// Captured frames on their way into the output folder: avatar.glb at the beginning;
 /// performance.npz frame by frame; camera.json, performance.glb (every n-th frame of long captures)
 /// and contact_sheet.png at the end. Each file appears whole or not at all. What an interrupted
-/// capture needs to go on lies in checkpoint.npz and performance.npz.parts, which finish() removes.
+/// capture needs to go on lies in checkpoint.npz, which close() removes, and performance.npz.parts.
 /// Memory doesn't grow with the frames.
 class CaptureOutput {
  public:
@@ -62,6 +62,12 @@ class CaptureOutput {
 
   /// Writes what is written at the end. Throws avatar::FileError.
   void finish(const avatar::Camera& camera);
+
+  /// Everything is written, by others as well: there is nothing to go on with.
+  void close();
+
+  /// Frames that a resumed capture needn't capture again.
+  std::int64_t numKept() const { return numFrames_ - numFrames_ % setup_.checkpointInterval; }
 
   std::int64_t numFrames() const { return numFrames_; }
 

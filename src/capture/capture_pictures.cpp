@@ -2,7 +2,6 @@
 
 #include "avatar/geometry/measures.h"
 #include "avatar/geometry/rasterizer.h"
-#include "src/output/body_view.h"
 
 #include <Eigen/Geometry>
 
@@ -46,19 +45,6 @@ avatar::ColorImage cut(
   return result;
 }
 
-std::vector<PicturedMesh> dressed(
-    const avatar::LayeredAvatar& avatar, const CaptureMoment& moment) {
-  const avatar::AvatarBody& body = avatar.body;
-  std::vector<PicturedMesh> meshes = {
-      {{moment.body, body.mesh.faces}, body.color, body.vertexColors}};
-  for (std::size_t i = 0; i < moment.garments.size(); ++i) {
-    const avatar::Garment& garment = avatar.garments[i];
-    meshes.push_back(
-        {{moment.garments[i], garment.mesh.faces}, garment.color, garment.vertexColors});
-  }
-  return meshes;
-}
-
 /// The capture over a picture, half transparent.
 avatar::ColorImage overlaid(
     avatar::ColorImage picture,
@@ -80,6 +66,13 @@ avatar::ColorImage overlaid(
       picture.rgb[i] = static_cast<std::uint8_t>((picture.rgb[i] + 2 * over.rgb[i]) / 3);
   }
   return picture;
+}
+
+avatar::ColorImage seenPicture(
+    const CaptureMoment& moment, const avatar::Camera& camera, const avatar::Camera& panel) {
+  return moment.color.rgb.empty()
+             ? cut(depthPicture(moment.depth, camera.width, camera.height), camera, panel)
+             : cut(moment.color, camera, panel);
 }
 
 /// `error`: measured less captured depth; 1: coloured fully.
@@ -144,6 +137,27 @@ std::vector<Eigen::AlignedBox3d> momentBoxes(const std::vector<CaptureMoment>& m
 }
 
 }  // namespace
+
+std::vector<PicturedMesh> dressed(
+    const avatar::LayeredAvatar& avatar, const CaptureMoment& moment) {
+  const avatar::AvatarBody& body = avatar.body;
+  std::vector<PicturedMesh> meshes = {
+      {{moment.body, body.mesh.faces}, body.color, body.vertexColors}};
+  for (std::size_t i = 0; i < moment.garments.size(); ++i) {
+    const avatar::Garment& garment = avatar.garments[i];
+    meshes.push_back(
+        {{moment.garments[i], garment.mesh.faces}, garment.color, garment.vertexColors});
+  }
+  return meshes;
+}
+
+avatar::ColorImage overlaidPicture(
+    const avatar::LayeredAvatar& avatar,
+    const CaptureMoment& moment,
+    const avatar::Camera& camera,
+    const avatar::Camera& panel) {
+  return overlaid(seenPicture(moment, camera, panel), dressed(avatar, moment), panel);
+}
 
 CaptureMoment pictureMoment(const TrackedFrame& frame) {
   return {
@@ -249,11 +263,7 @@ ContactSheet captureSheet(
   for (std::size_t i = 0; i < moments.size(); ++i) {
     const CaptureMoment& moment = moments[i];
     sheet.columnLabels.push_back(moment.label);
-    seen.push_back(
-        cut(moment.color.rgb.empty() ? depthPicture(moment.depth, camera.width, camera.height)
-                                     : moment.color,
-            camera,
-            panels[i]));
+    seen.push_back(seenPicture(moment, camera, panels[i]));
     captured.push_back(dressed(avatar, moment));
   }
   sheet.rowLabels = {"camera", "capture over it", "depth error", "three-quarter", "back"};

@@ -4,6 +4,7 @@
 #include "avatar/geometry/shading.h"
 #include "avatar/layered_avatar.h"
 #include "src/capture/tracked_recording.h"
+#include "src/output/body_view.h"
 #include "src/output/contact_sheet.h"
 
 #include <Eigen/Core>
@@ -38,6 +39,16 @@ ContactSheet captureSheet(
 /// all at one scale.
 std::vector<avatar::Camera> panelCameras(
     const std::vector<CaptureMoment>& moments, const avatar::Camera& camera);
+
+/// What the camera saw, its colour or else its depth, with the capture over it, half transparent.
+avatar::ColorImage overlaidPicture(
+    const avatar::LayeredAvatar& avatar,
+    const CaptureMoment& moment,
+    const avatar::Camera& camera,
+    const avatar::Camera& panel);
+
+/// Body and garments as they are at the moment.
+std::vector<PicturedMesh> dressed(const avatar::LayeredAvatar& avatar, const CaptureMoment& moment);
 
 /// How far the garments are from the moment's depth, coloured as in captureSheet(), but fully at
 /// `full` [m]. `camera`: that measured it; `panel`: that it is seen with.

@@ -42,6 +42,7 @@ struct CaptureVerbOptions {
   bool resume = false;
   int checkpointInterval = 20;
   bool report = true;
+  bool video = false;
   DigitizeInput digitize;
 };
 
@@ -49,6 +50,7 @@ Person digitizedPerson(const CaptureVerbOptions& options, const CommandContext& 
   const auto model = std::make_shared<avatar::BodyModel>(avatar::loadBody(options.person.body));
   DigitizeInput input = options.digitize;
   input.leastDegrees = kLeastTurn;
+  avatar::requireWritable(fs::path(options.output) / "avatar.glb");
   DigitizedPerson person = digitized(options.sequence, *model, input, context);
   nlohmann::json figures = digitizationFigures(person);
   Person dressed{std::move(person.avatar), model, std::move(figures)};
@@ -120,6 +122,11 @@ class FrameClock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   StageTiming timing_;
   std::vector<int> frames_;  // numbers within the recording
+};
+
+struct CapturedSoFar {
+  CaptureOutput output;
+  FrameClock clock;
 };
 
 void report(const CaptureOutput& output, const TrackedRecording& frames, const Console& console) {
@@ -217,23 +224,20 @@ void writeFigures(
 }
 
 /// A frame's journey: read, prepared and tracked by `frames`, captured by the session, written.
-void capture(const CaptureVerbOptions& options, const CommandContext& context) {
-  requireConsistent(options);
-  const Person person = findPerson(options, context);
-  TrackedRecording frames = openFrames(options.sequence, options.person, person);
-  CaptureOutput output = openOutput(options, person, frames);
-  if (output.resumed())
-    frames.resume(output.resumed()->tracking);
-
+void captureFrames(
+    const CaptureVerbOptions& options,
+    const Person& person,
+    const CommandContext& context,
+    TrackedRecording& frames,
+    CapturedSoFar& captured) {
   std::unique_ptr<CaptureSession> session;
-  FrameClock clock;
-  auto progress = std::make_unique<Progress>(
-      context.console, "capturing", static_cast<long>(frames.numFrames()), "frames");
+  Progress progress(context.console, "capturing", static_cast<long>(frames.numFrames()), "frames");
   for (std::optional<TrackedFrame> frame = frames.next(); frame;
        frame = frames.next(std::move(*frame))) {
+    CaptureOutput& output = captured.output;
     if (output.isCaptured(*frame)) {
       output.addCaptured(*frame);
-      clock.skip();
+      captured.clock.skip();
     } else {
       if (!session)
         session = startedSession(options, person, frames.camera(), output, context.threads);
@@ -241,24 +245,45 @@ void capture(const CaptureVerbOptions& options, const CommandContext& context) {
       output.add(*frame, result, frames.camera());
       if (output.wantsCheckpoint())
         session->restore(output.checkpointed(frames.state(), session->state()));
-      clock.add(*frame, result.times);
+      captured.clock.add(*frame, result.times);
     }
-    progress->advance();
+    progress.advance();
   }
-  progress.reset();
+  if (session)
+    captured.output.checkpointed(frames.state(), session->state());
+}
+
+void capture(const CaptureVerbOptions& options, const CommandContext& context) {
+  requireConsistent(options);
+  const Person person = findPerson(options, context);
+  TrackedRecording frames = openFrames(options.sequence, options.person, person);
+  CapturedSoFar captured{openOutput(options, person, frames), {}};
+  CaptureOutput& output = captured.output;
+  if (output.resumed())
+    frames.resume(output.resumed()->tracking);
+  try {
+    captureFrames(options, person, context, frames, captured);
+  } catch (...) {
+    if (output.numFrames() > 0)
+      context.console.warn(
+          "--resume goes on after the first " + std::to_string(output.numKept()) + " of " +
+          std::to_string(output.numFrames()) + " captured frames");
+    throw;
+  }
   if (output.numFrames() == 0)
     throw avatar::FileError(
         options.sequence,
         "",
         "nobody was found in " + std::to_string(frames.framesLeftOut()) +
             " frames; expected an upright person, 0.3 to 8 m from the camera");
-  if (session)
-    output.checkpointed(frames.state(), session->state());
   output.finish(frames.camera());
   report(output, frames, context.console);
-  writeFigures(options, person, output, clock, context);
+  writeFigures(options, person, output, captured.clock, context);
   if (options.report)
     writeReportOf(options.output, options.sequence, context);
+  if (options.video)
+    writeVideoOf(options.output, options.sequence, context);
+  output.close();
 }
 
 }  // namespace
@@ -298,6 +323,10 @@ void addCapture(CLI::App& program, ChosenCommand& chosen) {
       ->type_name("N")
       ->capture_default_str();
   verb->add_flag("!--no-report", options->report, "Without report.html");
+  verb->add_flag(
+      "--video",
+      options->video,
+      "performance.mp4 as well: camera view and turning view (later: simulcap report --video)");
   verb->callback([options, &chosen] {
     chosen = [options](const CommandContext& context) { capture(*options, context); };
   });

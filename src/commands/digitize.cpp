@@ -1,4 +1,5 @@
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/io/atomic_file.h"
 #include "avatar/io/avatar_file.h"
 #include "avatar/io/mesh_file.h"
 #include "src/commands/commands.h"
@@ -57,6 +58,7 @@ nlohmann::json figuresOf(
 
 void digitizeVerb(const DigitizeVerbOptions& options, const CommandContext& context) {
   const avatar::BodyModel model = avatar::loadBody(options.body);
+  avatar::requireWritable(options.output);
   const DigitizedPerson person = digitized(options.sequence, model, options.input, context);
   const nlohmann::json figures = figuresOf(options, person, context);
   avatar::writePly(besides(options.output, ".outer.ply"), person.outer.mesh, person.outer.colors);

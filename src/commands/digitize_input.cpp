@@ -1,6 +1,7 @@
 #include "src/commands/digitize_input.h"
 
 #include "src/program/console.h"
+#include "src/program/interruption.h"
 
 #include <CLI/CLI.hpp>
 
@@ -32,7 +33,11 @@ DigitizedPerson digitized(
   options.edgeLength = input.edgeLength;
   options.leastDegrees = input.leastDegrees;
   options.threads = context.threads;
-  options.onStage = [&](const std::string& stage) { context.console.info("digitizing: " + stage); };
+  options.onStage = [&](const std::string& stage) {
+    stopIfInterrupted();
+    context.console.info("digitizing: " + stage);
+  };
+  options.turn.progress = [](int /*done*/, int /*total*/) { stopIfInterrupted(); };
   DigitizedPerson person = digitize(sequence, model, options);
   for (const std::string& warning : person.warnings)
     context.console.warn(warning);

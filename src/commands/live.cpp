@@ -5,6 +5,7 @@
 #include "src/live/live_session.h"
 #include "src/live/live_window.h"
 #include "src/program/console.h"
+#include "src/program/interruption.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -79,6 +80,7 @@ nlohmann::json showCapture(
     }
     if (window)
       window->handleInput();
+    stopIfInterrupted();
     std::this_thread::sleep_for(kPause);
   }
   if (window && !picture.empty())

@@ -3,6 +3,7 @@
 #include "src/commands/commands.h"
 #include "src/commands/report_writing.h"
 #include "src/program/console.h"
+#include "src/report/capture_video.h"
 
 #include <CLI/CLI.hpp>
 
@@ -16,6 +17,7 @@ namespace {
 struct ReportVerbOptions {
   std::string folder;
   std::string output;
+  bool video = false;
   ReportOptions report;
 };
 
@@ -62,6 +64,21 @@ void writeReportOf(
   writeReport(folder, reportPath(options), options.report, context);
 }
 
+void writeVideoOf(
+    const std::string& folder, const std::string& recording, const CommandContext& context) {
+  if (!canWriteVideo()) {
+    context.console.warn(
+        "performance.mp4 is left out: libavcodec has no encoder of H.264 or MPEG-4 here");
+    return;
+  }
+  const std::string path = (std::filesystem::path(folder) / "performance.mp4").string();
+  CaptureVideo video(folder, path, recording);
+  Progress progress(context.console, "filming", static_cast<long>(video.numFrames()), "frames");
+  while (video.advance())
+    progress.advance();
+  video.finish();
+}
+
 void addReport(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb = program.add_subcommand(
       "report", "One page to look at a capture or simulation in any browser, from disk");
@@ -84,6 +101,8 @@ void addReport(CLI::App& program, ChosenCommand& chosen) {
           "stability.json of 'simulcap stability' to map (default: OUT/stability.json if it is "
           "there)")
       ->type_name("FILE");
+  verb->add_flag(
+      "--video", options->video, "OUT/performance.mp4 as well: camera view and turning view");
   verb->add_option("--frames", options->report.maxFrames, "Frames shown: every n-th of more")
       ->check(CLI::Range(1, 10000))
       ->type_name("N")
@@ -92,6 +111,8 @@ void addReport(CLI::App& program, ChosenCommand& chosen) {
     chosen = [options](const CommandContext& context) {
       options->report.threads = context.threads;
       writeReport(options->folder, reportPath(*options), options->report, context);
+      if (options->video)
+        writeVideoOf(options->folder, options->report.recording, context);
       context.console.result(reportPath(*options));
     };
   });

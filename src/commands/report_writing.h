@@ -21,4 +21,9 @@ void writeReport(
 void writeReportOf(
     const std::string& folder, const std::string& recording, const CommandContext& context);
 
+/// performance.mp4 in an output folder, or a warning where no video can be written. Throws what
+/// CaptureVideo throws. `recording`: of a capture; empty: the one that metrics.json names.
+void writeVideoOf(
+    const std::string& folder, const std::string& recording, const CommandContext& context);
+
 }  // namespace simulcap

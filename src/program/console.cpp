@@ -1,14 +1,18 @@
 #include "src/program/console.h"
 
+#include "src/program/interruption.h"
+
 #include <nlohmann/json.hpp>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <mutex>
+#include <system_error>
 #include <unistd.h>
 
 namespace simulcap {
@@ -129,8 +133,8 @@ void Console::error(const std::string& message) const {
 }
 
 void Console::result(const std::string& text) const {
-  std::fputs((text + "\n").c_str(), stdout);
-  std::fflush(stdout);
+  if (std::fputs((text + "\n").c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+    throw std::system_error(errno, std::generic_category(), "stdout can't be written");
 }
 
 class Progress::Display {
@@ -200,6 +204,7 @@ Progress::~Progress() = default;
 
 void Progress::advance() {
   display_->advance();
+  stopIfInterrupted();
 }
 
 }  // namespace simulcap

@@ -43,7 +43,7 @@ class Console {
   void info(const std::string& message) const;
   void warn(const std::string& message) const;
   void error(const std::string& message) const;
-  /// What was asked for, as text to stdout.
+  /// What was asked for, as text to stdout. Throws std::system_error when it can't be written.
   void result(const std::string& text) const;
 
   const ConsoleOptions& options() const { return options_; }
@@ -55,7 +55,7 @@ class Console {
 
 /// Shows how far a piece of work is while it lives: a bar when stderr is a terminal, a line every
 /// 10 % otherwise, JSON lines when the console writes JSON. Work of one step shows nothing.
-/// advance() may come from any thread.
+/// advance() may come from any thread; it throws Interrupted when the user wants no more.
 class Progress {
  public:
   /// `total` in `unit` (plural), e.g. 300 "frames".

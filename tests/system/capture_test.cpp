@@ -44,13 +44,15 @@ TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
   const ProgramRun synth = runProgram({"synth", folder / "scene.json", "-o", folder / "seq"});
   ASSERT_EQ(synth.exitCode, 0) << synth.err;
 
-  const ProgramRun run =
-      runProgram(captureArguments(folder, "whole", {"--checkpoint", "2", "--threads", "2"}));
+  const ProgramRun run = runProgram(
+      captureArguments(folder, "whole", {"--checkpoint", "2", "--threads", "2", "--video"}));
   ASSERT_EQ(run.exitCode, 0) << run.err;
   EXPECT_NE(fileBytes(folder / "whole/contact_sheet.png"), "");
   EXPECT_EQ(fileBytes(folder / "whole/timing.csv").rfind("frame,input,body_tracking,", 0), 0U);
   const bool hasPage = run.err.find("report.html is left out") == std::string::npos;
   EXPECT_EQ(fileBytes(folder / "whole/report.html") != "", hasPage) << run.err;
+  const bool hasEncoder = run.err.find("performance.mp4 is left out") == std::string::npos;
+  EXPECT_EQ(fileBytes(folder / "whole/performance.mp4") != "", hasEncoder) << run.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "whole/checkpoint.npz"));
   EXPECT_FALSE(std::filesystem::exists(folder / "whole/performance.npz.parts"));
 
@@ -73,9 +75,17 @@ TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
   EXPECT_LT(metrics.at("ground_truth").at("garment_visible_mm").at("median"), 18.0);
   EXPECT_LT(metrics.at("ground_truth").at("joint_mm").at("mean"), 40.0);
 
-  // Killed after its second frame and resumed, by one thread instead of two.
+  // Stopped by Ctrl-C after its first frame, killed after its second and resumed, by one thread
+  // instead of two.
   const Arguments resumable =
-      captureArguments(folder, "cut", {"--checkpoint", "2", "--threads", "1"});
+      captureArguments(folder, "cut", {"--resume", "--checkpoint", "2", "--threads", "1"});
+  const ProgramRun stopped = runProgramUntil(
+      resumable,
+      [&] { return std::filesystem::exists(folder / "cut/performance.npz.parts"); },
+      SIGINT);
+  EXPECT_EQ(stopped.signal, SIGINT);
+  EXPECT_NE(stopped.err.find("interrupted"), std::string::npos) << stopped.err;
+  EXPECT_NE(stopped.err.find("--resume"), std::string::npos) << stopped.err;
   runProgramUntil(
       resumable, [&] { return std::filesystem::exists(folder / "cut/checkpoint.npz"); });
   EXPECT_FALSE(std::filesystem::exists(folder / "cut/performance.npz"));
@@ -83,11 +93,12 @@ TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
       folder, "cut", {"--resume", "--checkpoint", "2", "--method", "simulate-only"}));
   EXPECT_EQ(other.exitCode, 1);
   EXPECT_NE(other.err.find("checkpoint.npz"), std::string::npos) << other.err;
-  ASSERT_EQ(
-      runProgram(
-          captureArguments(folder, "cut", {"--resume", "--checkpoint", "2", "--threads", "1"}))
-          .exitCode,
-      0);
+  // As kill leaves them.
+  writeBytes(folder / "cut/checkpoint.npz.XyZ123", "half");
+  writeBytes(folder / "cut/metrics.json.tmp77", "half");
+  ASSERT_EQ(runProgram(resumable).exitCode, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "cut/checkpoint.npz.XyZ123"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "cut/metrics.json.tmp77"));
   expectSameGeometry(folder, "whole", "cut");
 }
 

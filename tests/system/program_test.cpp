@@ -153,6 +153,27 @@ TEST(Program, AnOutputThatCannotBeWrittenIsNamed) {
   expectOneLine(run.err);
 }
 
+TEST(Program, AFullDiskIsOneErrorAndNoHalfAFile) {
+  const TemporaryFolder folder;
+  constexpr std::uint64_t kRoom = 2000;  // of 9 kB
+  const ProgramRun picture =
+      runProgramWithRoom({"render", "--size", "64x96", "-q", "-o", folder / "made/x.png"}, kRoom);
+  EXPECT_EQ(picture.exitCode, 1);
+  EXPECT_NE(picture.err.find("made/x.png"), std::string::npos) << picture.err;
+  expectOneLine(picture.err);
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "made"));
+
+  writeBytes(
+      folder / "scene.json",
+      R"({"time": {"frames": 3}, "garments": [{"sheet": {}, "pins": ["top_left"]}]})");
+  const ProgramRun cloth =
+      runProgramWithRoom({"simulate", folder / "scene.json", "-o", folder / "out", "-q"}, kRoom);
+  EXPECT_EQ(cloth.exitCode, 1);
+  EXPECT_NE(cloth.err.find("room"), std::string::npos) << cloth.err;
+  expectOneLine(cloth.err);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/performance.npz"));
+}
+
 TEST(Program, QuietIsQuiet) {
   const TemporaryFolder folder;
   const ProgramRun run = runProgram({"render", "-o", folder / "x.png", "--size", "32x32", "-q"});

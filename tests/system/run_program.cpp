@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -34,14 +34,10 @@ void becomeProgram(
   execv(SIMULCAP_PROGRAM, pointers.data());
 }
 
-}  // namespace
-
-ProgramRun runProgram(const std::vector<std::string>& arguments) {
-  return runProgramUntil(arguments, [] { return false; });
-}
-
-ProgramRun runProgramUntil(
-    const std::vector<std::string>& arguments, const std::function<bool()>& reached) {
+ProgramRun run(
+    const std::vector<std::string>& arguments,
+    const std::function<void(pid_t)>& meanwhile,
+    rlim_t largestFile = RLIM_INFINITY) {
   const TemporaryFolder folder;
   const std::string out = folder / "stdout";
   const std::string err = folder / "stderr";
@@ -49,16 +45,44 @@ ProgramRun runProgramUntil(
   if (child < 0)
     throw std::runtime_error("fork failed");
   if (child == 0) {
+    const rlimit limit = {largestFile, RLIM_INFINITY};
+    setrlimit(RLIMIT_FSIZE, &limit);
     becomeProgram(arguments, out, err);
     _exit(127);
   }
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
-    if (reached())
-      kill(child, SIGKILL);
+    meanwhile(child);
     usleep(1000);
   }
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, fileBytes(out), fileBytes(err)};
+  return {
+      WIFEXITED(status) ? WEXITSTATUS(status) : -1,
+      WIFSIGNALED(status) ? WTERMSIG(status) : 0,
+      fileBytes(out),
+      fileBytes(err)};
+}
+
+}  // namespace
+
+ProgramRun runProgram(const std::vector<std::string>& arguments) {
+  return run(arguments, [](pid_t /*child*/) {});
+}
+
+ProgramRun runProgramUntil(
+    const std::vector<std::string>& arguments, const std::function<bool()>& reached, int signal) {
+  bool sent = false;
+  return run(arguments, [&](pid_t child) {
+    if (!sent && reached()) {
+      kill(child, signal);
+      sent = true;
+    }
+  });
+}
+
+ProgramRun runProgramWithRoom(
+    const std::vector<std::string>& arguments, std::uint64_t largestFile) {
+  return run(
+      arguments, [](pid_t /*child*/) {}, largestFile);
 }
 
 TemporaryFolder::TemporaryFolder() {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -8,7 +10,8 @@
 namespace simulcap {
 
 struct ProgramRun {
-  int exitCode = -1;  ///< −1: killed by a signal
+  int exitCode = -1;  ///< −1: ended by a signal
+  int signal = 0;     ///< that ended it
   std::string out;    ///< stdout
   std::string err;    ///< stderr
 };
@@ -16,9 +19,14 @@ struct ProgramRun {
 /// Runs the real `simulcap` with these arguments (no shell in between, stdin empty).
 ProgramRun runProgram(const std::vector<std::string>& arguments);
 
-/// The same, but killed as soon as `reached` is true.
+/// The same, but with one signal sent as soon as `reached` is true.
 ProgramRun runProgramUntil(
-    const std::vector<std::string>& arguments, const std::function<bool()>& reached);
+    const std::vector<std::string>& arguments,
+    const std::function<bool()>& reached,
+    int signal = SIGKILL);
+
+/// The same as runProgram(), but no file can get larger [bytes], as on a disk that is full.
+ProgramRun runProgramWithRoom(const std::vector<std::string>& arguments, std::uint64_t largestFile);
 
 /// A folder of this test's own, empty at first and removed at the end.
 class TemporaryFolder {
