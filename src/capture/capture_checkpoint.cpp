@@ -38,6 +38,7 @@ void addTracking(const TrackingState& tracking, NpzArrays& arrays) {
   arrays["tracking_betas"] = NpyArray::fromMatrix(tracker.betas);
   arrays["tracking_unseen_seconds"] = NpyArray::fromMatrix(Eigen::Map<const Eigen::VectorXd>(
       tracker.unseenSeconds.data(), static_cast<Eigen::Index>(tracker.unseenSeconds.size())));
+  arrays["tracking_bareness"] = NpyArray::fromMatrix(tracker.bareness);
   arrays["tracking_beta_information"] = NpyArray::fromMatrix(tracker.betaInformation);
 }
 
@@ -55,6 +56,7 @@ TrackingState trackingOf(const NpzArrays& arrays) {
   tracker.pose = poseOf(arrays.at("tracking_pose"));
   tracker.before = poseOf(arrays.at("tracking_pose_before"));
   tracker.betas = arrays.at("tracking_betas").asMatrix();
+  tracker.bareness = arrays.at("tracking_bareness").asMatrix();
   tracker.betaInformation = arrays.at("tracking_beta_information").asMatrix();
   const Eigen::VectorXd unseen = arrays.at("tracking_unseen_seconds").asMatrix();
   if (unseen.size() != static_cast<Eigen::Index>(tracker.unseenSeconds.size()))

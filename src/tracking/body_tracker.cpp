@@ -3,6 +3,7 @@
 #include "avatar/axis_angle.h"
 #include "avatar/io/prior_file.h"
 #include "src/tracking/coarse_alignment.h"
+#include "src/tracking/learned_bareness.h"
 #include "src/tracking/match_quality.h"
 #include "src/tracking/pose_solver.h"
 #include "src/tracking/surface_visibility.h"
@@ -67,6 +68,7 @@ class BodyTracker::Implementation {
     state_.betas = Eigen::VectorXd::Zero(surface_->numBetas());
     state_.betaInformation =
         kBetaPrior * Eigen::MatrixXd::Identity(surface_->numBetas(), surface_->numBetas());
+    state_.bareness = usualBareness(*surface_);
     state_.betasHeld = !options.estimateShape || surface_->numBetas() == 0;
   }
 
@@ -105,6 +107,8 @@ class BodyTracker::Implementation {
         addFrame(quality.jointUnseen, kNeverSeen, state_.unseenSeconds);
       }
     }
+    if (found && cloud.labels.empty())
+      learn(solution, view);
     return accepted(solution, quality, found, timestamp);
   }
 
@@ -114,6 +118,7 @@ class BodyTracker::Implementation {
     if (state.betas.size() != surface_->numBetas()) {
       throw std::invalid_argument("BodyTracker::restore: the state is another model's");
     }
+    surface_->setBareness(state.bareness);
     state_ = state;
   }
 
@@ -133,6 +138,7 @@ class BodyTracker::Implementation {
 
   void setOuterLayer(const OuterLayer& layer) {
     surface_ = std::make_unique<TrackedSurface>(model_, options_.numSamples, &layer);
+    surface_->setBareness(state_.bareness);
   }
 
  private:
@@ -196,6 +202,16 @@ class BodyTracker::Implementation {
       return std::nullopt;
     }
     return BetaKnowledge{state_.betas, state_.betaInformation};
+  }
+
+  /// Which skin is bare.
+  void learn(const PoseSolution& solution, const DepthView& view) {
+    state_.bareness = learnedBareness(
+        surface_->pose(solution.parameters, false),
+        solution.visible,
+        view,
+        std::move(state_.bareness));
+    surface_->setBareness(state_.bareness);
   }
 
   MatchQuality qualityOf(const PoseSolution& solution, const DepthView& view) const {

@@ -29,6 +29,7 @@ struct TrackerState {
   Eigen::MatrixXd betaInformation;
   bool betasHeld = false;
   UnseenSeconds unseenSeconds = {};
+  Eigen::VectorXd bareness;  ///< of the body's samples, see learnedBareness()
 };
 
 /// Follows the undressed body of one person through the depth frames of one camera (section 4.1):

@@ -12,12 +12,15 @@ namespace {
 using Sample = TrackedSurface::Sample;
 
 constexpr double kMinCosine = 0.3;  // between normals of a match
-constexpr double kNearSkin = 0.04;  // beyond it, skin is also pulled sideways [m]
+constexpr double kNearSkin = 0.02;  // about half the samples' spacing: beyond it, skin is also
+                                    // pulled sideways [m]
 constexpr double kSleeve = 0.06;    // cloth hangs up to this far from the skin [m]
 constexpr double kMaxPush = 0.03;   // E_inter pulls as if no deeper than this [m]
-/// E_inter against E_data at λ = 1: noise puts half of the depth in front of its surface, and ten
-/// times one side of it would push a body back that is right.
+/// E_inter against E_data at λ = 1: noise puts half of the depth behind its surface, and ten times
+/// one side of it would push a body back that is right.
 constexpr double kInterShare = 0.3;
+/// What may be bare skin is pushed no harder by λ = 10 than it is pulled back.
+constexpr double kUnlabelledInterShare = 0.1;
 
 class Matcher {
  public:
@@ -70,11 +73,12 @@ class Matcher {
     const double behind = off + options_.clothOffset;
     if (behind > 0.0) {
       const double push = std::min(behind, kMaxPush);
+      const double interShare = pixel.label == kBackground ? kUnlabelledInterShare : kInterShare;
       // A clamped residual pulls as one of its own size would: eq. (2) without its outliers.
       add(index,
           pixel.normal,
           push,
-          share * (1.0 - both) * kInterShare * options_.interWeight * robust);
+          share * (1.0 - both) * interShare * options_.interWeight * robust);
     } else {
       add(index, pixel.normal, behind, data * (1.0 - both) * options_.slackWeight);
     }

@@ -265,6 +265,18 @@ TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const Oute
   templateJoints_ = (whole_.jointRegressor * whole_.templateVertices.transpose()).transpose();
 }
 
+int TrackedSurface::numBodySamples() const {
+  return static_cast<int>(std::count_if(
+      samples_.begin(), samples_.end(), [](const Sample& sample) { return !sample.cloth; }));
+}
+
+void TrackedSurface::setBareness(const Eigen::VectorXd& logOdds) {
+  if (logOdds.size() != numBodySamples())
+    throw std::invalid_argument("TrackedSurface: expected the bareness of each sample of the body");
+  for (Eigen::Index s = 0; s < logOdds.size(); ++s)
+    samples_[static_cast<std::size_t>(s)].bareness = 1.0 / (1.0 + std::exp(-logOdds[s]));
+}
+
 avatar::ShapedBody TrackedSurface::shapedSamples(const Eigen::VectorXd& betas) const {
   avatar::ShapedBody shaped;
   shaped.vertices = avatar::shapedVertices(sampled_, betas);

@@ -70,7 +70,14 @@ class TrackedSurface {
 
   int numBetas() const { return numBetas_; }
 
+  /// Those of the body first.
   const std::vector<Sample>& samples() const { return samples_; }
+
+  int numBodySamples() const;
+
+  /// What was learned of the body's samples: log odds of being bare, one each
+  /// (std::invalid_argument).
+  void setBareness(const Eigen::VectorXd& logOdds);
 
   /// The part of model() that is sampled; one vertex per sample.
   const avatar::BodyModel& sampledModel() const { return sampled_; }

@@ -3,14 +3,17 @@
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/skinning.h"
+#include "src/tracking/learned_bareness.h"
 #include "src/tracking/match_quality.h"
 #include "src/tracking/surface_visibility.h"
+#include "tests/src/tracking/clothed_sequence.h"
 #include "tests/src/tracking/rendered_body.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <vector>
 
 namespace simulcap {
@@ -240,6 +243,45 @@ avatar::Camera waistUpCamera() {
   camera.cameraFromWorld =
       avatar::lookAt(Eigen::Vector3d(0.0, 0.4, 1.2), Eigen::Vector3d(0.0, 0.4, 0.0));
   return camera;
+}
+
+/// Unlabelled depth of a person whose trunk and upper limbs are under cloth that stands off.
+DepthCloud unlabelledCloud(const test::ClothedPerson& person, const avatar::Camera& camera) {
+  DepthCloud cloud = person.cloud(avatar::aPose(), camera, {});
+  cloud.labels.clear();
+  return cloud;
+}
+
+TEST(LearnedBareness, TellsShinsInShortsFromThighs) {
+  const avatar::Camera camera = test::smallCamera();
+  constexpr double kLooseness = 0.03;  // [m]
+  const test::ClothedPerson person(avatar::defaultBody(), 1, kLooseness, 0.0);
+  const DepthCloud cloud = unlabelledCloud(person, camera);
+  const TrackedSurface surface(avatar::defaultBody(), 1000);
+  const BodyParameters at{avatar::aPose(), Eigen::VectorXd::Zero(10)};
+  const DepthView view(cloud, camera, 1000);
+  Eigen::VectorXd logOdds = usualBareness(surface);
+  for (int frame = 0; frame < 20; ++frame)
+    logOdds = learnedBareness(
+        surface.pose(at, false), visibleSamples(surface, at, camera), view, logOdds);
+  const auto shareBare = [&](std::initializer_list<int> joints) {
+    int bare = 0;
+    int seen = 0;
+    const Eigen::VectorXd before = usualBareness(surface);
+    for (Eigen::Index s = 0; s < logOdds.size(); ++s) {
+      const int joint = surface.samples()[static_cast<std::size_t>(s)].joint;
+      if (std::find(joints.begin(), joints.end(), joint) == joints.end() || logOdds[s] == before[s])
+        continue;
+      ++seen;
+      bare += logOdds[s] > 0.0 ? 1 : 0;
+    }
+    EXPECT_GT(seen, 10);
+    return static_cast<double>(bare) / seen;
+  };
+  // Skin: ankles, forearms. Cloth: pelvis, thighs. Folds touch the skin here and there, and at
+  // edges depth errs by more than noise.
+  EXPECT_GT(shareBare({avatar::kLeftElbow, avatar::kRightElbow, avatar::kHead}), 0.8);
+  EXPECT_LT(shareBare({avatar::kPelvis, avatar::kLeftHip, avatar::kRightHip}), 0.4);
 }
 
 TEST(BodyTracker, LeavesUnseenLegsAtRest) {
