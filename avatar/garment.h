@@ -47,8 +47,11 @@ struct ClothParameters {
 
 /// A piece of clothing, ready to be simulated on the body it was made for.
 struct Garment {
-  std::string name;   ///< unique within the avatar: "tshirt", "upper", …
-  int layer = 0;      ///< 0 = next to the skin; upper layers lie over lower ones
+  std::string name;  ///< unique within the avatar: "tshirt", "upper", …
+  int layer = 0;     ///< 0 = next to the skin; upper layers lie over lower ones
+  /// The mesh hangs on the body as a camera saw it, else as it was cut: gravity hasn't had its
+  /// part.
+  bool asWorn = false;
   TriangleMesh mesh;  ///< rest shape on the body in bindPose; open at neck, sleeves and hem
   BodyPose bindPose;  ///< pose that the body had when the mesh was made
   /// V × J, at most four per row, rows sum to 1: how the garment follows the body unsimulated.

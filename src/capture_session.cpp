@@ -458,4 +458,25 @@ void CaptureSession::restore(const CaptureState& state) {
   }
 }
 
+avatar::LayeredAvatar draped(const CapturePerson& person, int threads) {
+  avatar::LayeredAvatar avatar = person.avatar;
+  if (std::all_of(avatar.garments.begin(), avatar.garments.end(), [](const auto& garment) {
+        return garment.asWorn;
+      }))
+    return avatar;
+  const avatar::Camera unused{.width = 1, .height = 1, .fx = 1.0, .fy = 1.0};
+  CaptureSession session(
+      person, unused, {.method = CaptureMethod::kSimulateOnly, .dressingSeconds = 0.5}, threads);
+  const avatar::BodyPose pose = avatar.garments.front().bindPose;
+  session.dress(pose);
+  const CaptureState state = session.state();
+  for (std::size_t i = 0; i < avatar.garments.size(); ++i) {
+    if (avatar.garments[i].asWorn)
+      continue;
+    avatar.garments[i].mesh.vertices = state.garments[i].positions;
+    avatar.garments[i].bindPose = pose;
+  }
+  return avatar;
+}
+
 }  // namespace simulcap

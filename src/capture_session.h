@@ -140,9 +140,12 @@ class CaptureSession {
   CaptureSession(CaptureSession&&) = delete;
   CaptureSession& operator=(CaptureSession&&) = delete;
 
-  /// The next frame. In the first one the person is dressed: simulated from the A-pose. A lost body
-  /// is believed, but nothing is fitted.
+  /// The next frame. In the first one the person is dressed, unless it is already. A lost body is
+  /// believed, but nothing is fitted.
   CaptureResult processFrame(const ObservedFrame& frame);
+
+  /// Simulates the clothes from the pose they were made in to this one.
+  void dress(const avatar::BodyPose& pose);
 
   CaptureState state() const;
 
@@ -158,7 +161,6 @@ class CaptureSession {
   avatar::SurfaceAttachment attachedPins(const avatar::Garment& garment) const;
   Eigen::Matrix3Xd bodySurface(const avatar::BodyPose& pose) const;
   Eigen::Matrix3Xd skinned(int garment, const avatar::BodyPose& pose) const;
-  void dress(const avatar::BodyPose& pose);
   bool simulate(const Eigen::Matrix3Xd& body, double duration);
   void follow(const avatar::BodyPose& pose);
   void calm(const ObservedFrame& frame, const std::vector<GarmentTargets>& targets);
@@ -190,5 +192,10 @@ class CaptureSession {
   bool dressed_ = false;
   Eigen::Matrix3Xd bodyVertices_;  // of the last frame
 };
+
+/// The person with its clothes as they hang on it where it stands still in the pose they were made
+/// in, simulated: nearer to what a camera sees than clothes as they were cut. Digitized clothes,
+/// which were seen as they hang, stay as they are. Throws as a session does.
+avatar::LayeredAvatar draped(const CapturePerson& person, int threads);
 
 }  // namespace simulcap

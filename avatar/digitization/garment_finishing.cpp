@@ -189,6 +189,7 @@ class Tailor {
   Garment garment(const TriangleMesh& part, SurfaceLabel label, const std::string& name) {
     Garment garment;
     garment.name = name;
+    garment.asWorn = true;
     garment.layer = static_cast<int>(result_.garments.size());
     const LayersBelow below(body_.mesh(), result_.garments);
     garment.mesh = sewn(

@@ -229,6 +229,15 @@ std::map<std::string, std::map<std::string, double>> readHints(const ExtrasReade
   return hints;
 }
 
+bool readAsWorn(const ExtrasReader& reader) {
+  if (!reader.contains("shape"))  // files of before
+    return false;
+  const std::string shape = reader.text("shape");
+  if (shape != "as_worn" && shape != "as_cut")
+    reader.fail("shape", "expected \"as_worn\" or \"as_cut\", found \"" + shape + "\"");
+  return shape == "as_worn";
+}
+
 }  // namespace
 
 BodyPose filePose(const LayeredAvatar& avatar) {
@@ -274,6 +283,7 @@ json clothExtras(const Garment& garment) {
       {"edge_stretch_k", cloth.edgeStretchStiffness},
       {"edge_torsion_w", cloth.edgeTorsionStiffness},
       {"vertex_masses_kg", cloth.vertexMasses},
+      {"shape", garment.asWorn ? "as_worn" : "as_cut"},
       {"pins", garment.pins},
       {"max_distance", numbers(garment.maxDistance)},
       {"collide_with", garment.collideWith},
@@ -313,6 +323,7 @@ void readClothExtras(const json& extras, const ExtrasSource& source, Garment& ga
   garment.layer = reader.integer("layer");
   garment.bindPose = readPose(reader.object("bind_pose"));
   garment.cloth = readCloth(reader);
+  garment.asWorn = readAsWorn(reader);
   garment.pins = reader.integerList("pins");
   garment.maxDistance = reader.numberVector("max_distance");
   garment.collideWith = reader.textList("collide_with");

@@ -256,7 +256,7 @@ void captureFrames(
 void capture(const CaptureVerbOptions& options, const CommandContext& context) {
   requireConsistent(options);
   const Person person = findPerson(options, context);
-  TrackedRecording frames = openFrames(options.sequence, options.person, person);
+  TrackedRecording frames = openFrames(options.sequence, options.person, person, context.threads);
   CapturedSoFar captured{openOutput(options, person, frames), {}};
   CaptureOutput& output = captured.output;
   if (output.resumed())

@@ -130,7 +130,7 @@ void compareCaptures(const CompareOptions& options, const CommandContext& contex
   if (options.person.avatar.empty())
     throw UsageError("--avatar: say who is dressed how in " + options.subject);
   const Person person = readPerson(options.person);
-  TrackedRecording frames = openFrames(options.subject, options.person, person);
+  TrackedRecording frames = openFrames(options.subject, options.person, person, context.threads);
   CaptureComparison comparison(
       {.avatar = person.avatar,
        .model = person.model,
@@ -143,7 +143,7 @@ void compareCaptures(const CompareOptions& options, const CommandContext& contex
   const std::unique_ptr<GroundTruth> truth =
       options.person.poses.empty() ? trueJoints(options.subject, person.avatar.body) : nullptr;
   TrackingComparison tracking(
-      {*person.model, person.avatar.body.betas, outerLayer(person.avatar)},
+      trackedPerson(options.person, person, context.threads),
       person.avatar.body,
       truth.get(),
       options.person.poses.empty() ? trackingTrials() : std::vector<TrackingTrial>{});

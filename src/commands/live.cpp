@@ -97,7 +97,7 @@ void live(const LiveVerbOptions& options, const CommandContext& context) {
   TrackedRecording frames(
       openSource(options, module),
       options.source,
-      trackedPerson(options.person, person),
+      trackedPerson(options.person, person, context.threads),
       options.person.range);
   nlohmann::json figures;
   {

@@ -5,6 +5,7 @@
 #include "avatar/io/file_error.h"
 #include "avatar/io/motion_file.h"
 #include "bullet_ext/core/cloth_material.h"
+#include "src/capture_session.h"
 #include "src/commands/commands.h"
 #include "src/evaluation/camera_file.h"
 #include "src/evaluation/posed_avatar.h"
@@ -89,13 +90,17 @@ void wearMaterial(avatar::LayeredAvatar& avatar, const std::string& material) {
   }
 }
 
-TrackedPerson trackedPerson(const PersonOptions& options, const Person& person) {
-  return {*person.model, person.avatar.body.betas, outerLayer(person.avatar), readPoses(options)};
+TrackedPerson trackedPerson(const PersonOptions& options, const Person& person, int threads) {
+  std::optional<KnownPoses> poses = readPoses(options);
+  std::optional<OuterLayer> clothes;
+  if (!poses)
+    clothes = outerLayer(draped({*person.model, person.avatar}, threads));
+  return {*person.model, person.avatar.body.betas, std::move(clothes), std::move(poses)};
 }
 
 TrackedRecording openFrames(
-    const std::string& sequence, const PersonOptions& options, const Person& person) {
-  return {sequence, trackedPerson(options, person), options.range};
+    const std::string& sequence, const PersonOptions& options, const Person& person, int threads) {
+  return {sequence, trackedPerson(options, person, threads), options.range};
 }
 
 }  // namespace simulcap

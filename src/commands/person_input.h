@@ -42,11 +42,11 @@ void wearMaterial(avatar::LayeredAvatar& avatar, const std::string& material);
 Person readPerson(const PersonOptions& options);
 
 /// As the tracker wants it. Keeps a reference to the person's model. Throws avatar::FileError.
-TrackedPerson trackedPerson(const PersonOptions& options, const Person& person);
+TrackedPerson trackedPerson(const PersonOptions& options, const Person& person, int threads);
 
 /// The person's frames in a recording. Keeps a reference to the person's model. Throws
 /// avatar::FileError.
 TrackedRecording openFrames(
-    const std::string& sequence, const PersonOptions& options, const Person& person);
+    const std::string& sequence, const PersonOptions& options, const Person& person, int threads);
 
 }  // namespace simulcap

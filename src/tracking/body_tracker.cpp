@@ -107,7 +107,7 @@ class BodyTracker::Implementation {
         addFrame(quality.jointUnseen, kNeverSeen, state_.unseenSeconds);
       }
     }
-    if (found && cloud.labels.empty())
+    if (found && cloud.labels.empty() && !surface_->knowsClothes())
       learn(solution, view);
     return accepted(solution, quality, found, timestamp);
   }
@@ -118,7 +118,8 @@ class BodyTracker::Implementation {
     if (state.betas.size() != surface_->numBetas()) {
       throw std::invalid_argument("BodyTracker::restore: the state is another model's");
     }
-    surface_->setBareness(state.bareness);
+    if (!surface_->knowsClothes())
+      surface_->setBareness(state.bareness);
     state_ = state;
   }
 
@@ -138,7 +139,6 @@ class BodyTracker::Implementation {
 
   void setOuterLayer(const OuterLayer& layer) {
     surface_ = std::make_unique<TrackedSurface>(model_, options_.numSamples, &layer);
-    surface_->setBareness(state_.bareness);
   }
 
  private:

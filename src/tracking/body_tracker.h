@@ -29,7 +29,8 @@ struct TrackerState {
   Eigen::MatrixXd betaInformation;
   bool betasHeld = false;
   UnseenSeconds unseenSeconds = {};
-  Eigen::VectorXd bareness;  ///< of the body's samples, see learnedBareness()
+  Eigen::VectorXd
+      bareness;  ///< of the body's samples, see learnedBareness(); unused with an outer layer
 };
 
 /// Follows the undressed body of one person through the depth frames of one camera (section 4.1):

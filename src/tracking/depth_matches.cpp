@@ -11,11 +11,12 @@ namespace {
 
 using Sample = TrackedSurface::Sample;
 
-constexpr double kMinCosine = 0.3;  // between normals of a match
-constexpr double kNearSkin = 0.02;  // about half the samples' spacing: beyond it, skin is also
-                                    // pulled sideways [m]
-constexpr double kSleeve = 0.06;    // cloth hangs up to this far from the skin [m]
-constexpr double kMaxPush = 0.03;   // E_inter pulls as if no deeper than this [m]
+constexpr double kMinCosine = 0.3;   // between normals of a match
+constexpr double kNearSkin = 0.02;   // about half the samples' spacing: beyond it, skin is also
+                                     // pulled sideways [m]
+constexpr double kNearCloth = 0.04;  // folds move it sideways
+constexpr double kSleeve = 0.06;     // cloth hangs up to this far from the skin [m]
+constexpr double kMaxPush = 0.03;    // E_inter pulls as if no deeper than this [m]
 /// E_inter against E_data at λ = 1: noise puts half of the depth behind its surface, and ten times
 /// one side of it would push a body back that is right.
 constexpr double kInterShare = 0.3;
@@ -73,7 +74,8 @@ class Matcher {
     const double behind = off + options_.clothOffset;
     if (behind > 0.0) {
       const double push = std::min(behind, kMaxPush);
-      const double interShare = pixel.label == kBackground ? kUnlabelledInterShare : kInterShare;
+      const bool maybeBare = pixel.label == kBackground && !surface_.knowsClothes();
+      const double interShare = maybeBare ? kUnlabelledInterShare : kInterShare;
       // A clamped residual pulls as one of its own size would: eq. (2) without its outliers.
       add(index,
           pixel.normal,
@@ -156,7 +158,8 @@ class Matcher {
       addPlane(index, pixel, pixel.normal.dot(offset), 0.5);
     }
     const double both = twoSidedness(sample, pixel.label);
-    const double free = both * kNearSkin + (1.0 - both) * kSleeve;
+    const double near = sample.cloth ? kNearCloth : kNearSkin;
+    const double free = both * near + (1.0 - both) * kSleeve;
     if (distance > free) {
       const double off = distance - free;
       add(index,

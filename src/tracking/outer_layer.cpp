@@ -1,8 +1,12 @@
 #include "src/tracking/outer_layer.h"
 
 #include "avatar/avatar_pose.h"
+#include "avatar/geometry/closest_point.h"
+#include "avatar/geometry/measures.h"
 
 #include <Eigen/LU>
+
+#include <algorithm>
 
 namespace simulcap {
 namespace {
@@ -30,6 +34,26 @@ Eigen::Matrix3Xd unposed(const avatar::Garment& garment, const avatar::AvatarBod
     }
   }
   return vertices;
+}
+
+/// 0 where the skin has cloth before it, 1 where it hasn't, in between where the cloth's edge is so
+/// near that it may have slipped over.
+Eigen::VectorXd barenessOf(const avatar::TriangleMesh& body, const OuterLayer& layer) {
+  if (layer.faces.cols() == 0)
+    return Eigen::VectorXd::Ones(body.numVertices());
+  constexpr double kFarthest = 0.2;  // cloth farther away covers something else [m]
+  constexpr double kSlip = 0.04;     // [m]
+  const Eigen::Matrix3Xd normals = avatar::vertexNormals(body);
+  const avatar::TriangleBvh cloth({layer.restVertices, layer.faces});
+  Eigen::VectorXd bareness(body.numVertices());
+  for (Eigen::Index v = 0; v < bareness.size(); ++v) {
+    const Eigen::Vector3d point = body.vertices.col(v);
+    const bool covered =
+        cloth.anyHit({.origin = point, .direction = normals.col(v), .tMax = kFarthest});
+    bareness[v] =
+        covered ? 0.0 : std::min(1.0, (cloth.closestPoint(point).point - point).norm() / kSlip);
+  }
+  return bareness;
 }
 
 }  // namespace
@@ -61,6 +85,7 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
   layer.skinningWeights.resize(numVertices, static_cast<Eigen::Index>(avatar.body.parents.size()));
   layer.skinningWeights.setFromTriplets(weights.begin(), weights.end());
   layer.skinningWeights.makeCompressed();
+  layer.bareness = barenessOf(avatar.body.mesh, layer);
   return layer;
 }
 

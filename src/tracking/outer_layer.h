@@ -16,6 +16,7 @@ struct OuterLayer {
   Eigen::Matrix3Xd restVertices;  ///< 3 × V [m], taken back to the body's rest pose
   Eigen::Matrix3Xi faces;         ///< 3 × F
   Eigen::SparseMatrix<double, Eigen::RowMajor> skinningWeights;  ///< V × J, rows sum to 1
+  Eigen::VectorXd bareness;  ///< of the body's vertices: 0 under cloth … 1 bare
 };
 
 /// All garments of an avatar, each from its own bind pose. Vertices that the blended transform of

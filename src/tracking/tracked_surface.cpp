@@ -185,13 +185,19 @@ BodyModel sampledModel(const BodyModel& whole, const std::vector<TrackedSurface:
   return model;
 }
 
+/// How likely skin is bare when nobody labelled the cloth: as the clothes lie when they are known,
+/// as people dress otherwise.
 std::vector<TrackedSurface::Sample> chosenSamples(
-    const BodyModel& model, int numBodyVertices, int wanted) {
+    const BodyModel& model, int numBodyVertices, const OuterLayer* layer, int wanted) {
   std::vector<TrackedSurface::Sample> samples;
+  const bool isKnown = layer && layer->bareness.size() == numBodyVertices;
   const auto append = [&](const std::vector<int>& vertices, bool cloth) {
     for (const int vertex : vertices) {
       const int joint = carryingJoint(model, vertex);
-      samples.push_back({vertex, joint, cloth, samplingOf(joint).bareness});
+      double bareness = samplingOf(joint).bareness;
+      if (isKnown)
+        bareness = cloth ? 0.0 : layer->bareness[vertex];
+      samples.push_back({vertex, joint, cloth, bareness});
     }
   };
   const int numCloth = static_cast<int>(model.numVertices()) - numBodyVertices;
@@ -249,7 +255,7 @@ TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const Oute
       numBodyVertices_(static_cast<int>(body.numVertices())),
       numBodyFaces_(static_cast<int>(body.numFaces())),
       numBetas_(whole_.numBetas()),
-      samples_(chosenSamples(whole_, numBodyVertices_, numSamples)),
+      samples_(chosenSamples(whole_, numBodyVertices_, layer, numSamples)),
       restJointShapeDerivatives_(jointShapeDerivatives(whole_)),
       wholeSkinning_(whole_),
       sampledSkinning_((sampled_ = simulcap::sampledModel(whole_, samples_), sampled_)) {

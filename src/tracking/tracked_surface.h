@@ -68,6 +68,9 @@ class TrackedSurface {
 
   int numBodyFaces() const { return numBodyFaces_; }
 
+  /// Whether there is an outer layer.
+  bool knowsClothes() const { return numBodyFaces_ < whole_.numFaces(); }
+
   int numBetas() const { return numBetas_; }
 
   /// Those of the body first.

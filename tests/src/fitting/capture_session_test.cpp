@@ -131,6 +131,16 @@ TEST_F(CapturedTube, FitBringsVisibleClothToTheDepth) {
   EXPECT_EQ(*std::max_element(free.provenance.begin(), free.provenance.end()), 0);
 }
 
+TEST_F(CapturedTube, ClothesSinkWhereTheyWereCutAndStayWhereTheyWereSeen) {
+  const auto height = [](const avatar::LayeredAvatar& avatar) {
+    return avatar.garments.front().mesh.vertices.row(1).mean();
+  };
+  const double cut = height(avatar_);
+  EXPECT_LT(height(draped({model_, avatar_}, 1)), cut - 0.001);
+  avatar_.garments.front().asWorn = true;
+  EXPECT_EQ(height(draped({model_, avatar_}, 1)), cut);
+}
+
 /// Of the visible part the margin is not pulled fully; what the joints alone make of it is 15 mm
 /// off.
 TEST_F(CapturedTube, ComparatorsBringVisibleClothToTheDepthAsWell) {

@@ -1,13 +1,16 @@
 #include "src/tracking/body_tracker.h"
 
+#include "avatar/avatar_body.h"
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/skinning.h"
 #include "src/tracking/learned_bareness.h"
 #include "src/tracking/match_quality.h"
+#include "src/tracking/outer_layer.h"
 #include "src/tracking/surface_visibility.h"
 #include "tests/src/tracking/clothed_sequence.h"
 #include "tests/src/tracking/rendered_body.h"
+#include "tests/support/sample_avatar.h"
 
 #include <gtest/gtest.h>
 
@@ -282,6 +285,30 @@ TEST(LearnedBareness, TellsShinsInShortsFromThighs) {
   // edges depth errs by more than noise.
   EXPECT_GT(shareBare({avatar::kLeftElbow, avatar::kRightElbow, avatar::kHead}), 0.8);
   EXPECT_LT(shareBare({avatar::kPelvis, avatar::kLeftHip, avatar::kRightHip}), 0.4);
+}
+
+TEST(OuterLayer, CoversTheSkinBehindIt) {
+  avatar::LayeredAvatar person;
+  person.body = avatar::makeAvatarBody(avatar::defaultBody(), Eigen::VectorXd::Zero(10));
+  const double hip = person.body.joints(1, avatar::kPelvis);
+  EXPECT_EQ(outerLayer(person).bareness.minCoeff(), 1.0);
+  person.garments = {avatar::test::tubeGarment(
+      person.body, "tube", {.bottom = hip - 0.05, .top = hip + 0.3}, avatar::BodyPose{})};
+  const OuterLayer layer = outerLayer(person);
+  const Eigen::Matrix3Xd& skin = person.body.mesh.vertices;
+  const Eigen::Matrix3Xd normals = avatar::vertexNormals(person.body.mesh);
+  int covered = 0;
+  for (Eigen::Index v = 0; v < skin.cols(); ++v) {
+    const bool level = std::abs(normals(1, v)) < 0.2;
+    const bool trunk = std::abs(skin(0, v)) < 0.2 && level;
+    if (trunk && skin(1, v) > hip && skin(1, v) < hip + 0.25) {
+      EXPECT_EQ(layer.bareness[v], 0.0) << v;
+      ++covered;
+    } else if (skin(1, v) < hip - 0.3 || skin(1, v) > hip + 0.55) {
+      EXPECT_EQ(layer.bareness[v], 1.0) << v;
+    }
+  }
+  EXPECT_GT(covered, 100);
 }
 
 TEST(BodyTracker, LeavesUnseenLegsAtRest) {
