@@ -83,12 +83,13 @@ double shareOfError(double stiffness, double mass) {
 constexpr double kBlenderMass = 1000.0;
 
 /// Its bending force on a wing is 0.1 b e φ, which stands against w φ / (√3/2 e), hence b = 11.5
-/// w / e². Cloth that juts out over an edge droops as ours with three times that, for w from 0.01
-/// to 0.1 N·m/rad (within 2 %, 40 to 80 substeps).
+/// w / e². Isotropic cloth that juts out over an edge droops as ours with three times that, for w
+/// from 0.01 to 0.1 N·m/rad (within 1 % with 80 substeps); cloth of right-angled triangles a
+/// quarter more.
 constexpr double kBlenderBending = 3.0 * 11.5;
 
-/// Substeps per frame. Blender's bending is explicit: with too few, cloth stands up by itself. What
-/// held: 20 for w / (m e²) = 25 000 s⁻², 40 for 125 000, 80 (the most it takes) for 250 000.
+/// Substeps per frame: with too few, Blender's cloth stands up by itself. What held within 3 %: 20
+/// for w / (m e²) = 25 000 s⁻², 40 for 125 000, 80 (the most it takes) for 250 000.
 double blenderQuality(double squaredRate) {
   return std::clamp(std::ceil(0.13 * std::sqrt(squaredRate)), 10.0, 80.0);
 }

@@ -37,8 +37,9 @@ struct TrackerState {
 /// ICP by Gauss–Newton on pose and translation, analytic derivatives, Geman–McClure weights.
 ///
 /// The first frame with a person starts it, in any upright pose and facing anywhere; until the
-/// betas are known they are estimated along. Without labels in the cloud every pixel but those near
-/// head and hands may be cloth. Same calls, same results, bit by bit.
+/// betas are known they are estimated along. Without labels in the cloud, skin is bare where the
+/// outer layer leaves it so, or, without one, where depth shows it in time (learnedBareness()).
+/// Same calls, same results, bit by bit.
 class BodyTracker {
  public:
   /// The camera is in the capture's world (Y up) and stays where it is. Keeps a reference to the
