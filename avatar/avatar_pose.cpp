@@ -2,6 +2,8 @@
 
 #include "avatar/skinning.h"
 
+#include <Eigen/QR>
+
 namespace avatar {
 namespace {
 
@@ -77,6 +79,22 @@ Eigen::Matrix3Xd posedVertices(
     const Garment& garment, const AvatarBody& body, const BodyPose& pose) {
   return blended(
       garment.skinningWeights, worldFromBind(body, garment.bindPose, pose), garment.mesh.vertices);
+}
+
+Eigen::Matrix3Xd unposedVertices(const Garment& garment, const AvatarBody& body) {
+  Eigen::Matrix3Xd vertices = garment.mesh.vertices;
+  Eigen::Index v = 0;
+  for (const Eigen::Affine3d& posed :
+       vertexTransforms(garment.skinningWeights, body, {}, garment.bindPose)) {
+    const Eigen::Vector3d missed = vertices.col(v) - posed * Eigen::Vector3d(vertices.col(v));
+    const Eigen::Matrix3d linear = posed.linear();
+    // A blend of rotations doesn't stretch; below this singular value it has collapsed.
+    constexpr double kCollapsed = 0.05;
+    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d> inverse;
+    inverse.setThreshold(kCollapsed).compute(linear);
+    vertices.col(v++) += inverse.solve(missed);
+  }
+  return vertices;
 }
 
 }  // namespace avatar

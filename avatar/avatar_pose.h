@@ -31,4 +31,9 @@ Eigen::Matrix3Xd posedVertices(const AvatarBody& body, const BodyPose& pose);
 Eigen::Matrix3Xd posedVertices(
     const Garment& garment, const AvatarBody& body, const BodyPose& pose);
 
+/// The garment on the body at rest, from where its skinning brings it back into its bind pose: the
+/// inverse of every vertex' blended transform, 3 × V [m]. Where blending collapses (opposite
+/// rotations) the vertex moves as little as gives the nearest solution.
+Eigen::Matrix3Xd unposedVertices(const Garment& garment, const AvatarBody& body);
+
 }  // namespace avatar

@@ -3,6 +3,7 @@
 #include "avatar/io/file_error.h"
 #include "src/capture/capture_metrics.h"
 #include "src/capture/capture_output.h"
+#include "src/capture/frames_ahead.h"
 #include "src/capture/tracked_recording.h"
 #include "src/capture_session.h"
 #include "src/commands/commands.h"
@@ -86,10 +87,12 @@ std::string settingsText(const CaptureVerbOptions& options) {
 /// Times of the frames that this run has captured.
 class FrameClock {
  public:
-  /// A frame is done; it began when the one before was.
-  void add(const TrackedFrame& frame, const FrameTimes& times) {
+  /// A frame is done; it began when the one before was. Input and tracking may have been done
+  /// beside that, and then take no more of its time than it waited for them.
+  void add(const FrameAhead& ahead, const FrameTimes& times) {
+    const TrackedFrame& frame = ahead.frame;
     const double total = lap();
-    const double known = frame.inputMs + frame.trackingMs + times.simulation + times.fitting;
+    const double known = ahead.waitedMs + times.simulation + times.fitting;
     add(FrameStage::kInput, frame.inputMs);
     add(FrameStage::kBodyTracking, frame.trackingMs);
     add(FrameStage::kClothSimulation, times.simulation);
@@ -224,33 +227,37 @@ void writeFigures(
 }
 
 /// A frame's journey: read, prepared and tracked by `frames`, captured by the session, written.
+/// The next frame is read and tracked while this one's clothes are captured.
 void captureFrames(
     const CaptureVerbOptions& options,
     const Person& person,
     const CommandContext& context,
     TrackedRecording& frames,
     CapturedSoFar& captured) {
+  CaptureOutput& output = captured.output;
   std::unique_ptr<CaptureSession> session;
+  TrackingState tracking;
   Progress progress(context.console, "capturing", static_cast<long>(frames.numFrames()), "frames");
-  for (std::optional<TrackedFrame> frame = frames.next(); frame;
-       frame = frames.next(std::move(*frame))) {
-    CaptureOutput& output = captured.output;
-    if (output.isCaptured(*frame)) {
-      output.addCaptured(*frame);
+  FramesAhead ahead(frames, context.threads);
+  for (auto next = ahead.next(); next; next = ahead.next(std::move(next))) {
+    const TrackedFrame& frame = next->frame;
+    tracking = next->tracking;
+    if (output.isCaptured(frame)) {
+      output.addCaptured(frame);
       captured.clock.skip();
     } else {
       if (!session)
         session = startedSession(options, person, frames.camera(), output, context.threads);
-      const CaptureResult result = session->processFrame(frame->observed);
-      output.add(*frame, result, frames.camera());
+      const CaptureResult result = session->processFrame(frame.observed);
+      output.add(frame, result, frames.camera());
       if (output.wantsCheckpoint())
-        session->restore(output.checkpointed(frames.state(), session->state()));
-      captured.clock.add(*frame, result.times);
+        session->restore(output.checkpointed(tracking, session->state()));
+      captured.clock.add(*next, result.times);
     }
     progress.advance();
   }
   if (session)
-    captured.output.checkpointed(frames.state(), session->state());
+    output.checkpointed(tracking, session->state());
 }
 
 void capture(const CaptureVerbOptions& options, const CommandContext& context) {

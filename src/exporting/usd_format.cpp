@@ -8,7 +8,6 @@
 #include "src/output/performance_reader.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -184,21 +183,6 @@ void writeBody(UsdWriter& usd, const avatar::LayeredAvatar& avatar) {
   usd.close();
 }
 
-/// The garment on the body at rest, from where its skinning brings it back into its bind pose: the
-/// inverse of every vertex' blended transform. Where blending collapses (opposite rotations) the
-/// solution of least norm stands in for the inverse.
-avatar::TriangleMesh unposed(const Garment& garment, const AvatarBody& body) {
-  avatar::TriangleMesh mesh = garment.mesh;
-  Eigen::Index v = 0;
-  for (const Eigen::Affine3d& posed :
-       avatar::vertexTransforms(garment.skinningWeights, body, {}, garment.bindPose)) {
-    const Eigen::Matrix3d linear = posed.linear();
-    const Eigen::Vector3d offset = mesh.vertices.col(v) - posed.translation();
-    mesh.vertices.col(v++) = linear.completeOrthogonalDecomposition().solve(offset);
-  }
-  return mesh;
-}
-
 void writePointCache(UsdWriter& usd, const ExportSource& source, std::size_t garment) {
   usd.openSamples("point3f[] points");
   std::vector<std::string> extents;
@@ -224,7 +208,10 @@ void writeGarment(
       garment.mesh.faces,
       {.color = garment.color, .vertexColors = garment.vertexColors, .twoSided = true});
   if (isSkinned)
-    writeSkinned(usd, unposed(garment, source.avatar.body), garment.skinningWeights);
+    writeSkinned(
+        usd,
+        {avatar::unposedVertices(garment, source.avatar.body), garment.mesh.faces},
+        garment.skinningWeights);
   else
     writePointCache(usd, source, number);
   usd.describe(

@@ -3,6 +3,7 @@
 #include "src/input/depth_noise.h"
 
 #include <Eigen/Eigenvalues>
+#include <pcl/console/print.h>
 #include <pcl/sample_consensus/ransac.h>
 #include <pcl/sample_consensus/sac_model_parallel_plane.h>
 #include <pcl/sample_consensus/sac_model_perpendicular_plane.h>
@@ -53,6 +54,7 @@ Plane refined(Plane plane, const Eigen::Matrix3Xf& points) {
 
 /// RANSAC; PCL's random numbers start from a fixed seed.
 std::optional<Plane> ransac(const Model::Ptr& model) {
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // no plane is an answer, not an error
   pcl::RandomSampleConsensus<pcl::PointXYZ> consensus(model, kRansacDistance);
   consensus.setMaxIterations(kRansacIterations);
   Eigen::VectorXf coefficients;

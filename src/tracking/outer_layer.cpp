@@ -4,37 +4,10 @@
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 
-#include <Eigen/LU>
-
 #include <algorithm>
 
 namespace simulcap {
 namespace {
-
-using SkinningWeights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-
-/// x = M⁻¹ v, M = Σ_k w_k G_k(bind) G_k(rest)⁻¹: the vertex before the bind pose moved it.
-Eigen::Matrix3Xd unposed(const avatar::Garment& garment, const avatar::AvatarBody& body) {
-  std::vector<Eigen::Isometry3d> bindFromRest = avatar::worldFromJoints(body, garment.bindPose);
-  const auto restFrames = avatar::worldFromJoints(body, {});
-  for (std::size_t joint = 0; joint < bindFromRest.size(); ++joint) {
-    bindFromRest[joint] = bindFromRest[joint] * restFrames[joint].inverse();
-  }
-  Eigen::Matrix3Xd vertices = garment.mesh.vertices;
-  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-    Eigen::Matrix4d blend = Eigen::Matrix4d::Zero();
-    for (SkinningWeights::InnerIterator it(garment.skinningWeights, v); it; ++it) {
-      blend += it.value() * bindFromRest[static_cast<std::size_t>(it.col())].matrix();
-    }
-    // A blend of rotations shrinks volumes by at most its determinant; near 0 it has no inverse.
-    constexpr double kSmallestDeterminant = 0.05;
-    if (blend.topLeftCorner<3, 3>().determinant() > kSmallestDeterminant) {
-      const Eigen::Vector4d rest = blend.inverse() * vertices.col(v).homogeneous();
-      vertices.col(v) = rest.head<3>();
-    }
-  }
-  return vertices;
-}
 
 /// 0 where the skin has cloth before it, 1 where it hasn't, in between where the cloth's edge is so
 /// near that it may have slipped over.
@@ -73,11 +46,11 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
   Eigen::Index face = 0;
   for (const avatar::Garment& garment : avatar.garments) {
     const Eigen::Index count = garment.mesh.numVertices();
-    layer.restVertices.middleCols(vertex, count) = unposed(garment, avatar.body);
+    layer.restVertices.middleCols(vertex, count) = avatar::unposedVertices(garment, avatar.body);
     layer.faces.middleCols(face, garment.mesh.numFaces()) =
         garment.mesh.faces.array() + static_cast<int>(vertex);
     for (Eigen::Index v = 0; v < count; ++v)
-      for (SkinningWeights::InnerIterator it(garment.skinningWeights, v); it; ++it)
+      for (decltype(layer.skinningWeights)::InnerIterator it(garment.skinningWeights, v); it; ++it)
         weights.emplace_back(static_cast<int>(vertex + v), static_cast<int>(it.col()), it.value());
     vertex += count;
     face += garment.mesh.numFaces();

@@ -1,5 +1,7 @@
 #include "avatar/skinning.h"
 
+#include "avatar/avatar_body.h"
+#include "avatar/avatar_pose.h"
 #include "avatar/skinning_jacobian.h"
 #include "tests/support/gradient_check.h"
 #include "tests/support/slow_skinning.h"
@@ -210,6 +212,36 @@ TEST(SkinningJacobian, PlaneConstraintsGatherTheNormalEquations) {
   const Eigen::MatrixXd gathered = equations.matrix.selfadjointView<Eigen::Lower>();
   EXPECT_LT(largestDifference(gathered, JtJ), 1e-12);
   EXPECT_LT(largestDifference(equations.gradient, Jtr), 1e-12);
+}
+
+/// Cloth that follows the joints with random weights, bound in a random pose.
+Garment boundGarment(const AvatarBody& body, double angle) {
+  const BodyModel model = randomBody(5);
+  Garment garment;
+  garment.skinningWeights = body.skinningWeights;
+  garment.bindPose = poseOf(model, randomParameters(model, angle, 21));
+  garment.mesh = {posedVertices(body, garment.bindPose), body.mesh.faces};
+  return garment;
+}
+
+TEST(Skinning, ClothBoundInAPoseComesBackToRest) {
+  const AvatarBody body = makeAvatarBody(randomBody(5), {});
+  const Garment garment = boundGarment(body, 0.4);
+  // Blends of rotations by chains of 0.4 rad keep singular values above a tenth.
+  EXPECT_LT((unposedVertices(garment, body) - body.mesh.vertices).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(Skinning, ClothWhoseBlendCollapsedStaysNear) {
+  // Half a turn about z and none, half each: x and y of all vertices collapse to one point.
+  AvatarBody body = makeAvatarBody(randomBody(5), {});
+  body.joints.setZero();
+  Garment garment = boundGarment(body, 0.0);
+  garment.bindPose = {};
+  garment.bindPose.jointRotations.segment<3>(3) << 0.0, 0.0, test::kPi;
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(body.mesh.numVertices(), body.joints.cols());
+  weights.leftCols<2>().setConstant(0.5);
+  garment.skinningWeights = weights.sparseView();
+  EXPECT_LT((unposedVertices(garment, body) - garment.mesh.vertices).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 }  // namespace
