@@ -31,7 +31,7 @@ if(NOT SIMULCAP_CORE_ONLY)
                                             INTERFACE_INCLUDE_DIRECTORIES "${tinygltf_INCLUDE_DIR}")
   # By hand: OpenCV's own CMake file is in Debian's libopencv-dev, which brings 240 packages more.
   find_path(OpenCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
-  foreach(module core imgproc imgcodecs)
+  foreach(module core imgproc imgcodecs dnn)
     find_library(opencv_${module}_LIBRARY opencv_${module} REQUIRED)
     add_library(opencv_${module} SHARED IMPORTED)
     set_target_properties(

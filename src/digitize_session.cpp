@@ -7,7 +7,9 @@
 #include "avatar/digitization/surface_gap.h"
 #include "avatar/skinning.h"
 #include "avatar/wardrobe/dressing_body.h"
+#include "src/digitization/human_parser.h"
 #include "src/digitization/single_view_outfit.h"
+#include "src/digitization/turn_labels.h"
 #include "src/program/parallel_for.h"
 #include "src/program/stdout_to_stderr.h"
 
@@ -32,6 +34,8 @@ class Digitizer {
     };
     options_.fusion.runLoop = runLoop;
     options_.parsing.runLoop = runLoop;
+    if (!options.parsingModel.empty())
+      parser_.emplace(options.parsingModel);
   }
 
   DigitizedPerson run(const std::string& sequence) {
@@ -101,7 +105,7 @@ class Digitizer {
     result_.builtIn = true;
     turn_.frames.resize(1);
     const avatar::PosedDepthFrame& frame = turn_.frames.front();
-    if (!frame.labels.empty() || !frame.color.rgb.empty())
+    if (!frame.labels.empty() || !frame.color.rgb.empty() || !options_.labelFolder.empty())
       parseFrames();
     const SingleViewOutfit outfit = singleViewOutfit(
         frame,
@@ -117,6 +121,7 @@ class Digitizer {
   }
 
   void parseFrames() {
+    labelFrames();
     avatar::FrameParsing parsing =
         avatar::parsedFrames(turn_.frames, skinning_, turn_.betas, options_.parsing);
     for (std::size_t f = 0; f < turn_.frames.size(); ++f) {
@@ -133,6 +138,19 @@ class Digitizer {
     onePiece_ = parsing.onePiece;
     for (const std::string& warning : parsing.warnings)
       warn(warning);
+  }
+
+  /// By what the user gives beside the colours.
+  void labelFrames() {
+    if (!options_.labelFolder.empty())
+      readTurnLabels(turn_, options_.labelFolder);
+    if (!parser_)
+      return;
+    const NetworkLabels labels = parseTurn(turn_, *parser_, options_.parsedFrames);
+    if (labels.frames == 0)
+      warn("all frames have label pictures: the human-parsing network wasn't asked");
+    if (labels.onePiece)
+      options_.parsing.onePiece = true;
   }
 
   void fuse() {
@@ -196,6 +214,7 @@ class Digitizer {
   const avatar::BodyModel& model_;
   DigitizeOptions options_;
   avatar::Skinning skinning_;
+  std::optional<HumanParser> parser_;
   Turn turn_;
   bool onePiece_ = false;
   avatar::FusedPoints fused_;
@@ -212,6 +231,8 @@ void DigitizeOptions::validate() const {
   body.validate();
   surface.validate();
   surfaceParsing.validate();
+  if (!(parsedFrames >= 1 && parsedFrames <= 10000))
+    throw std::invalid_argument("DigitizeOptions: parsedFrames is expected in 1 ... 10000");
   if (!(edgeLength >= 0.008 && edgeLength <= 0.05))
     throw std::invalid_argument("DigitizeOptions: edgeLength is expected in 0.008 ... 0.05 m");
   if (!(leastDegrees >= 0.0 && leastDegrees <= 360.0))

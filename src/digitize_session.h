@@ -30,6 +30,9 @@ struct DigitizeOptions {
   avatar::InnerBodyOptions body;
   avatar::OuterSurfaceOptions surface;
   avatar::SurfaceParsingOptions surfaceParsing;
+  std::string labelFolder;   ///< of label pictures for frames of the turn; empty: the recording's
+  std::string parsingModel;  ///< a human-parsing network's file; empty: none
+  int parsedFrames = 8;      ///< that the network is shown, the rest follow by colour, 1 … 10000
   double edgeLength = 0.02;  ///< of the garments' meshes [m], 0.008 … 0.05
   /// With fewer sides of the person seen, built-in garments like those of the first frame are worn
   /// instead of digitized ones [deg], 0 … 360.

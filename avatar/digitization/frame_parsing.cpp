@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::size_t kFewestColors = 50;
 
+using LabelFrequencies = std::array<double, kNumSurfaceLabels>;
 using ClassColors = std::array<std::vector<Rgb>, kNumSurfaceLabels>;
 
 Rgb colorAt(const PosedDepthFrame& frame, std::size_t pixel) {
@@ -60,7 +62,8 @@ class FrameParser {
     requireColors();
     chooseSeedFrames();
     learn(seedColors());
-    for (int round = 0; round < options_.rounds; ++round)
+    // What was labelled by others teaches no more the second time.
+    for (int round = 0; round < (fromLabels_ ? 0 : options_.rounds); ++round)
       learn(labelledColors());
     result_.labels.resize(frames_.size());
     options_.runLoop(static_cast<long>(frames_.size()), [&](long f) {
@@ -79,13 +82,16 @@ class FrameParser {
   FrameParsing given() {
     result_.onePiece = options_.onePiece;
     for (const PosedDepthFrame& frame : frames_)
-      result_.labels.push_back(frame.labels);
-    if (options_.onePiece) {
-      for (auto& labels : result_.labels)
-        std::replace(
-            labels.begin(), labels.end(), std::uint8_t{kLowerLabel}, std::uint8_t{kUpperLabel});
-    }
+      result_.labels.push_back(givenLabels(frame));
     return std::move(result_);
+  }
+
+  std::vector<std::uint8_t> givenLabels(const PosedDepthFrame& frame) const {
+    std::vector<std::uint8_t> labels = frame.labels;
+    if (options_.onePiece)
+      std::replace(
+          labels.begin(), labels.end(), std::uint8_t{kLowerLabel}, std::uint8_t{kUpperLabel});
+    return labels;
   }
 
   void requireColors() const {
@@ -114,6 +120,28 @@ class FrameParser {
       seedFrames_.push_back(i * frames_.size() / count);
     for (const std::size_t f : seedFrames_)
       seedParts_.push_back(partImageOf(frames_[f]));
+    for (int part = 0; part < kNumBodyParts; ++part)
+      priors_[static_cast<std::size_t>(part)] = labelPrior(static_cast<BodyPart>(part));
+    if (fromLabels_)
+      learnPriors();
+  }
+
+  /// Labelled frames tell what is worn where: bare shanks need no colour unlike shorts'.
+  void learnPriors() {
+    constexpr double kAssumed = 20.0;  // pixels that what was likely beforehand counts as
+    std::array<LabelFrequencies, kNumBodyParts> counts = {};
+    for (std::size_t s = 0; s < seedFrames_.size(); ++s) {
+      const std::vector<std::uint8_t>& labels = frames_[seedFrames_[s]].labels;
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        if (labels[i] != kNoLabel)
+          counts[static_cast<std::size_t>(seedParts_[s].parts[i])][labels[i] - 1U] += 1.0;
+      }
+    }
+    for (std::size_t part = 0; part < counts.size(); ++part) {
+      const double all = kAssumed + std::accumulate(counts[part].begin(), counts[part].end(), 0.0);
+      for (std::size_t l = 0; l < kNumSurfaceLabels; ++l)
+        priors_[part][l] = (kAssumed * priors_[part][l] + counts[part][l]) / all;
+    }
   }
 
   template <typename Label>
@@ -134,10 +162,30 @@ class FrameParser {
     return colors;
   }
 
+  /// Is a labelled pixel away from other labels? At their edges, colours are mixed.
+  static bool isInside(const PosedDepthFrame& frame, std::size_t pixel) {
+    constexpr int kReach = 2;  // [px]: what JPEG's halved chroma smears
+    const int width = frame.camera.width;
+    const int x = static_cast<int>(pixel) % width;
+    const int y = static_cast<int>(pixel) / width;
+    if (x < kReach || y < kReach || x + kReach >= width || y + kReach >= frame.camera.height)
+      return false;
+    for (int dy = -kReach; dy <= kReach; ++dy) {
+      const auto row = frame.labels.begin() + (y + dy) * width + x;
+      const auto other = [&](std::uint8_t label) { return label != frame.labels[pixel]; };
+      if (std::any_of(row - kReach, row + kReach + 1, other))
+        return false;
+    }
+    return true;
+  }
+
   ClassColors seedColors() const {
     return collected([&](std::size_t s, std::size_t i) -> std::uint8_t {
+      const PosedDepthFrame& frame = frames_[seedFrames_[s]];
+      if (fromLabels_ && isInside(frame, i))
+        return frame.labels[i];
       if (fromLabels_)
-        return frames_[seedFrames_[s]].labels[i];
+        return kNoLabel;
       return seedParts_[s].sure[i] != 0 ? seedLabel(seedParts_[s].parts[i]) : kNoLabel;
     });
   }
@@ -196,7 +244,8 @@ class FrameParser {
     if (fromLabels_)
       throw std::runtime_error(
           "upper and lower garment have the same colour: nothing tells where one ends in the "
-          "frames without labels; give label images for all frames of the turn");
+          "frames without labels; give label images for all frames of the turn, or let "
+          "--parsing label them all (--parsing-frames 10000)");
     if (legsApart())
       throw std::runtime_error(
           "upper and lower garment have the same colour: nothing tells where one ends; give label "
@@ -251,7 +300,7 @@ class FrameParser {
   /// −log posterior of each class, averaged over the neighbourhood that shows the person.
   std::vector<std::uint8_t> labelsOf(const PosedDepthFrame& frame, const PartImage& parts) const {
     if (!frame.labels.empty())
-      return frame.labels;
+      return givenLabels(frame);
     const cv::Size size(frame.camera.width, frame.camera.height);
     constexpr float kNever = 50.0F;
     constexpr int kWindow = 5;  // [px]
@@ -281,7 +330,7 @@ class FrameParser {
 
   float costOf(
       const PosedDepthFrame& frame, const PartImage& parts, std::size_t l, std::size_t i) const {
-    std::array<double, kNumSurfaceLabels> prior = labelPrior(parts.parts[i]);
+    LabelFrequencies prior = priors_[static_cast<std::size_t>(parts.parts[i])];
     if (result_.onePiece)
       prior[kUpperLabel - 1U] += prior[kLowerLabel - 1U];
     return -(*table_)(l, &frame.color.rgb[3 * i]) - static_cast<float>(std::log(prior[l]));
@@ -294,6 +343,7 @@ class FrameParser {
   std::vector<BodyPart> parts_;
   std::vector<std::size_t> seedFrames_;
   std::vector<PartImage> seedParts_;
+  std::array<LabelFrequencies, kNumBodyParts> priors_ = {};  // of what a part shows; sum to 1
   bool fromLabels_ = false;
   std::array<bool, kNumSurfaceLabels> worn_ = {true, true, true};  // skin is always "worn"
   std::optional<ColorTable> table_;

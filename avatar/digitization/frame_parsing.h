@@ -30,7 +30,8 @@ struct FrameParsing {
 };
 
 /// Labels every pixel of the person as skin, upper or lower garment (paper section 3; formulation
-/// A7). Frames with labels of their own keep them and teach the colours; without any, the tracked
+/// A7). Frames with labels of their own keep them and teach the colours
+/// and what each part of the body wears; without any, the tracked
 /// body's parts do: face and hands are skin, the chest wears the upper garment, the thighs the
 /// lower one. K-means models of each class's colours and the parts' priors label the rest.
 ///

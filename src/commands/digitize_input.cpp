@@ -14,6 +14,29 @@ void addDigitizeOptions(CLI::App& verb, DigitizeInput& input) {
           "Frames of the turn (default: turnaround_frames of intrinsics.json, else found)")
       ->check(CLI::Range(1, 100000))
       ->type_name("N");
+  verb.add_option(
+          "--labels",
+          input.labels,
+          "Label pictures 000000.png, ... of the turn's frames, one is enough: 0 background, 1 "
+          "skin, 2 upper garment or dress, 3 lower garment (default: SEQ/labels if there are)")
+      ->check(CLI::ExistingDirectory)
+      ->type_name("DIR");
+  verb.add_option(
+          "--parsing",
+          input.parsing,
+          "Human-parsing network that labels frames without label pictures: .onnx, .caffemodel "
+          "(and .prototxt) or .pb. Expected as LIP_JPPNet: in 1 x 3 x 384 x 384, the person's box "
+          "stretched, BGR 0 to 255 less 104.007, 116.669, 122.679; out the scores of LIP's 20 "
+          "classes. Else MODEL.json says it: width, height, mean, scale, order (bgr, rgb), fit "
+          "(stretch, pad), classes (names per channel)")
+      ->type_name("MODEL");
+  verb.add_option(
+          "--parsing-frames",
+          input.parsedFrames,
+          "Evenly spread frames of the turn that --parsing labels; the others follow by colour")
+      ->check(CLI::Range(1, 10000))
+      ->type_name("N")
+      ->capture_default_str();
   verb.add_flag(
       "--one-piece", input.onePiece, "Upper and lower garment are one: a dress or an overall");
   verb.add_option("--edge-length", input.edgeLength, "Of the garments' meshes [m]")
@@ -29,6 +52,9 @@ DigitizedPerson digitized(
     const CommandContext& context) {
   DigitizeOptions options;
   options.turn.frames = input.turnFrames;
+  options.labelFolder = input.labels;
+  options.parsingModel = input.parsing;
+  options.parsedFrames = input.parsedFrames;
   options.parsing.onePiece = input.onePiece;
   options.edgeLength = input.edgeLength;
   options.leastDegrees = input.leastDegrees;

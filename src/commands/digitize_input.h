@@ -12,12 +12,15 @@ namespace simulcap {
 /// What digitize and capture ask about a turn.
 struct DigitizeInput {
   std::optional<int> turnFrames;  ///< the first frames; absent: found
+  std::string labels;             ///< folder of label pictures; empty: SEQ/labels
+  std::string parsing;            ///< human-parsing network; empty: none
+  int parsedFrames = 8;
   bool onePiece = false;
   double edgeLength = 0.02;   ///< [m]
   double leastDegrees = 0.0;  ///< seen of the person; with less, built-in garments are fitted
 };
 
-/// --turn, --one-piece, --edge-length.
+/// --turn, --labels, --parsing, --parsing-frames, --one-piece, --edge-length.
 void addDigitizeOptions(CLI::App& verb, DigitizeInput& input);
 
 /// Shows how far it is, and what was weak.
