@@ -64,6 +64,106 @@ std::vector<bool> grownFromBorder(
   return reached;
 }
 
+std::vector<int> verticesWhere(std::size_t numVertices, const auto& holds) {
+  std::vector<int> vertices;
+  for (std::size_t v = 0; v < numVertices; ++v) {
+    if (holds(v))
+      vertices.push_back(static_cast<int>(v));
+  }
+  return vertices;
+}
+
+/// The vertices of a set that are connected within it to `first`, taken out of it.
+std::vector<int> takeConnected(int first, std::vector<bool>& set, const Adjacency& adjacency) {
+  std::vector<int> connected = {first};
+  set[static_cast<std::size_t>(first)] = false;
+  for (std::size_t i = 0; i < connected.size(); ++i) {
+    for (const int next : adjacency.vertexVertices[connected[i]]) {
+      if (!set[static_cast<std::size_t>(next)])
+        continue;
+      set[static_cast<std::size_t>(next)] = false;
+      connected.push_back(next);
+    }
+  }
+  return connected;
+}
+
+/// In how many separate places a piece joins what lies around it in `rest`.
+int joints(
+    const std::vector<int>& piece, const std::vector<bool>& rest, const Adjacency& adjacency) {
+  std::vector<bool> around(rest.size(), false);
+  std::vector<int> ring;
+  for (const int v : piece) {
+    for (const int next : adjacency.vertexVertices[v]) {
+      const auto i = static_cast<std::size_t>(next);
+      if (!rest[i] || around[i])
+        continue;
+      around[i] = true;
+      ring.push_back(next);
+    }
+  }
+  int count = 0;
+  for (const int v : ring) {
+    if (!around[static_cast<std::size_t>(v)])
+      continue;
+    takeConnected(v, around, adjacency);
+    ++count;
+  }
+  return count;
+}
+
+/// Vertices of one label on strips narrower than a width that lead nowhere: what morphological
+/// opening takes away, but for what connects parts that it leaves.
+std::vector<int> looseEnds(
+    const MeshView& mesh,
+    const std::vector<std::uint8_t>& labels,
+    std::uint8_t label,
+    const Adjacency& adjacency,
+    double width) {
+  // Ways along edges are up to a tenth longer or shorter than straight ones.
+  constexpr double kSlack = 1.2;
+  const Eigen::VectorXd fromBorder = edgeDistances(
+      mesh, verticesWhere(labels.size(), [&](std::size_t v) { return labels[v] != label; }));
+  const Eigen::VectorXd fromCore =
+      edgeDistances(mesh, verticesWhere(labels.size(), [&](std::size_t v) {
+                      return fromBorder[static_cast<Eigen::Index>(v)] > 0.5 * width;
+                    }));
+  std::vector<bool> narrow(labels.size(), false);
+  std::vector<bool> rest(labels.size(), false);
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    const bool isNear = fromCore[static_cast<Eigen::Index>(v)] <= kSlack * 0.5 * width;
+    narrow[v] = labels[v] == label && !isNear;
+    rest[v] = labels[v] == label && isNear;
+  }
+  std::vector<int> loose;
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (!narrow[v])
+      continue;
+    const std::vector<int> piece = takeConnected(static_cast<int>(v), narrow, adjacency);
+    if (joints(piece, rest, adjacency) == 1)
+      loose.insert(loose.end(), piece.begin(), piece.end());
+  }
+  return loose;
+}
+
+/// Vertices in slits of one label's parts narrower than a width: what morphological closing adds.
+std::vector<int> slits(
+    const MeshView& mesh,
+    const std::vector<std::uint8_t>& labels,
+    std::uint8_t label,
+    double width) {
+  const auto verticesBeyond = [&](const Eigen::VectorXd& distances) {
+    return verticesWhere(labels.size(), [&](std::size_t v) {
+      return distances[static_cast<Eigen::Index>(v)] > 0.5 * width;
+    });
+  };
+  const Eigen::VectorXd fromLabel = edgeDistances(
+      mesh, verticesWhere(labels.size(), [&](std::size_t v) { return labels[v] == label; }));
+  std::vector<int> closed = verticesBeyond(edgeDistances(mesh, verticesBeyond(fromLabel)));
+  std::erase_if(closed, [&](int v) { return labels[static_cast<std::size_t>(v)] == label; });
+  return closed;
+}
+
 }  // namespace
 
 void CutOptions::validate() const {
@@ -73,6 +173,7 @@ void CutOptions::validate() const {
   };
   demand(stepCosine >= 0.0 && stepCosine < 1.0, "stepCosine is expected in [0, 1)");
   demand(overlapTrim >= 0.0, "overlapTrim is expected at 0 m or above");
+  demand(narrowest >= 0.0, "narrowest is expected at 0 m or above");
   demand(smoothingRounds >= 0 && smoothingRounds <= 100, "smoothingRounds: 0 to 100");
 }
 
@@ -101,9 +202,19 @@ std::vector<std::uint8_t> fabricLabels(
   const Eigen::VectorXd fromUpper = edgeDistances(surface.mesh, upper);
   std::vector<std::uint8_t> result = labels;
   for (std::size_t v = 0; v < labels.size(); ++v) {
-    const bool isStrip =
-        labels[v] == kLowerLabel && fromUpper[static_cast<Eigen::Index>(v)] < options.overlapTrim;
-    if (steps[v] || isStrip)
+    if (steps[v])
+      result[v] = kNoLabel;
+  }
+  for (const SurfaceLabel garment : {kUpperLabel, kLowerLabel}) {
+    for (const int v : looseEnds(surface.mesh, result, garment, adjacency, options.narrowest))
+      result[static_cast<std::size_t>(v)] = kNoLabel;
+    for (const int v : slits(surface.mesh, result, garment, options.narrowest)) {
+      if (labels[static_cast<std::size_t>(v)] == garment)
+        result[static_cast<std::size_t>(v)] = garment;
+    }
+  }
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (labels[v] == kLowerLabel && fromUpper[static_cast<Eigen::Index>(v)] < options.overlapTrim)
       result[v] = kNoLabel;
   }
   return result;

@@ -16,14 +16,18 @@ struct CutOptions {
   /// are no fabric, [0, 1).
   double stepCosine = 0.5;
   double overlapTrim = 0.02;  ///< the lower garment is cut this far from the upper one [m], ≥ 0
-  int smoothingRounds = 8;    ///< of the cuts, 0 … 100
+  /// Strips of a garment narrower than this that end in nothing are no fabric [m], ≥ 0: what is
+  /// left of folds between sleeve and side. Straps, held at both ends, stay. Slits narrower than
+  /// this, cut by such folds, are closed.
+  double narrowest = 0.03;
+  int smoothingRounds = 8;  ///< of the cuts, 0 … 100
 
   /// Throws std::invalid_argument when a value is out of its range.
   void validate() const;
 };
 
-/// A surface's labels without the steps at the garments' borders and the lower garment's strip
-/// beside the upper one: kNoLabel there. `skin`: the body in the surface's pose.
+/// A surface's labels without the steps at the garments' borders, the lower garment's strip beside
+/// the upper one, and loose ends: kNoLabel there. `skin`: the body in the surface's pose.
 std::vector<std::uint8_t> fabricLabels(
     const OuterSurface& surface,
     const std::vector<std::uint8_t>& labels,

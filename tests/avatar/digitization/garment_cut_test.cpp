@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace avatar {
 namespace {
@@ -55,6 +56,68 @@ TEST(FabricLabels, TheStepUnderAHemIsNoFabric) {
       EXPECT_EQ(fabric[v], kLowerLabel) << y;
     }
   }
+}
+
+/// A tube of 0.15 m about the y axis in columns of 5 mm and rows of 1 cm, in cloth above y = 0.5,
+/// about skin of 0.13 m.
+struct ClothedTube {
+  OuterSurface surface;
+  std::vector<std::uint8_t> labels;
+
+  ClothedTube() {
+    surface.mesh = SteppedTube::upright(test::cylinder(0.15, 1.0, 192, 100));
+    for (const auto& p : surface.mesh.vertices.colwise())
+      labels.push_back(p.y() > 0.5 ? kUpperLabel : kSkinLabel);
+  }
+
+  /// From the direction of x, along the tube [m].
+  double across(std::size_t v) const {
+    const auto p = surface.mesh.vertices.col(static_cast<Eigen::Index>(v));
+    return 0.15 * std::atan2(p.z(), p.x());
+  }
+
+  double height(std::size_t v) const {
+    return surface.mesh.vertices(1, static_cast<Eigen::Index>(v));
+  }
+
+  std::vector<std::uint8_t> fabric() const {
+    const TriangleMesh skin = SteppedTube::upright(test::cylinder(0.13, 1.0, 48, 40));
+    return fabricLabels(surface, labels, SignedDistance(skin));
+  }
+};
+
+TEST(FabricLabels, LooseEndsAreNoFabricButStrapsAre) {
+  ClothedTube tube;
+  const auto isTongue = [&](std::size_t v) {
+    return std::abs(tube.across(v) - 0.2) < 0.011 && tube.height(v) > 0.4 && tube.height(v) < 0.505;
+  };
+  const auto isStrap = [&](std::size_t v) {
+    return std::abs(tube.across(v) + 0.2) < 0.011 && tube.height(v) > 0.2 && tube.height(v) < 0.505;
+  };
+  for (std::size_t v = 0; v < tube.labels.size(); ++v) {
+    if (isTongue(v) || isStrap(v) || tube.height(v) < 0.205)
+      tube.labels[v] = kUpperLabel;
+  }
+  const std::vector<std::uint8_t> fabric = tube.fabric();
+  for (std::size_t v = 0; v < fabric.size(); ++v) {
+    // A tongue stays where it is rooted.
+    if (!isTongue(v) || tube.height(v) > 0.495)
+      EXPECT_EQ(fabric[v], tube.labels[v]) << tube.across(v) << " " << tube.height(v);
+    else
+      EXPECT_EQ(fabric[v], kNoLabel) << tube.across(v) << " " << tube.height(v);
+  }
+}
+
+TEST(FabricLabels, AFoldFromTheHemUpIsNoSlit) {
+  ClothedTube tube;
+  // Cloth of one half lies 2 cm further out, and the wall between the halves stands across skin.
+  for (std::size_t v = 0; v < tube.labels.size(); ++v) {
+    const double share = std::clamp(0.5 + tube.across(v) / 0.009, 0.0, 1.0);
+    auto p = tube.surface.mesh.vertices.col(static_cast<Eigen::Index>(v));
+    p.x() *= 1.0 + 0.13 * share;
+    p.z() *= 1.0 + 0.13 * share;
+  }
+  EXPECT_EQ(tube.fabric(), tube.labels);
 }
 
 TEST(WithoutPinches, LeavesAManifold) {
