@@ -40,6 +40,7 @@ void addTracking(const TrackingState& tracking, NpzArrays& arrays) {
       tracker.unseenSeconds.data(), static_cast<Eigen::Index>(tracker.unseenSeconds.size())));
   arrays["tracking_bareness"] = NpyArray::fromMatrix(tracker.bareness);
   arrays["tracking_beta_information"] = NpyArray::fromMatrix(tracker.betaInformation);
+  arrays["tracking_pose_information"] = NpyArray::fromMatrix(tracker.poseInformation);
 }
 
 TrackingState trackingOf(const NpzArrays& arrays) {
@@ -58,6 +59,7 @@ TrackingState trackingOf(const NpzArrays& arrays) {
   tracker.betas = arrays.at("tracking_betas").asMatrix();
   tracker.bareness = arrays.at("tracking_bareness").asMatrix();
   tracker.betaInformation = arrays.at("tracking_beta_information").asMatrix();
+  tracker.poseInformation = arrays.at("tracking_pose_information").asMatrix();
   const Eigen::VectorXd unseen = arrays.at("tracking_unseen_seconds").asMatrix();
   if (unseen.size() != static_cast<Eigen::Index>(tracker.unseenSeconds.size()))
     throw std::invalid_argument("a time is expected per tracked joint");

@@ -6,10 +6,14 @@
 #include "src/tracking/learned_bareness.h"
 #include "src/tracking/match_quality.h"
 #include "src/tracking/pose_solver.h"
+#include "src/tracking/pose_uncertainty.h"
 #include "src/tracking/surface_visibility.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 
@@ -20,6 +24,7 @@ constexpr double kBetaPrior = 0.2;  // per unit² of beta, against the data term
 /// Of a frame's information that is new: noise, clothes and errors of matching repeat.
 constexpr double kNewInformation = 0.2;
 constexpr int kMinPersonPixels = 200;
+constexpr double kFarOff = 0.08;  // [m]: a joint that may deviate by more is lost
 
 avatar::BodyPose extrapolated(
     const avatar::BodyPose& before, const avatar::BodyPose& last, double ratio) {
@@ -43,6 +48,17 @@ void normalize(avatar::BodyPose& pose) {
     pose.jointRotations.segment<3>(i) = avatar::axisAngleFromQuaternion(
         avatar::quaternionFromAxisAngle(pose.jointRotations.segment<3>(i)));
   }
+}
+
+Eigen::Quaterniond rootOf(const avatar::BodyPose& pose) {
+  return avatar::quaternionFromAxisAngle(pose.jointRotations.head<3>());
+}
+
+TrackedBody unknownBody() {
+  TrackedBody body;
+  body.jointDeviation.fill(std::numeric_limits<double>::infinity());
+  body.jointLost.fill(true);
+  return body;
 }
 
 bool isFound(const MatchQuality& quality) {
@@ -69,6 +85,7 @@ class BodyTracker::Implementation {
     state_.betaInformation =
         kBetaPrior * Eigen::MatrixXd::Identity(surface_->numBetas(), surface_->numBetas());
     state_.bareness = usualBareness(*surface_);
+    state_.poseInformation = Eigen::MatrixXd::Zero(TrackingLayout::kBetas, TrackingLayout::kBetas);
     state_.betasHeld = !options.estimateShape || surface_->numBetas() == 0;
   }
 
@@ -77,7 +94,7 @@ class BodyTracker::Implementation {
     const DepthView view(cloud, camera_, options_.numDepthSamples);
     const bool visible = view.numPersonPixels() >= kMinPersonPixels;
     if (state_.framesTracked == 0 && !visible) {
-      return {};
+      return unknownBody();
     }
     const bool started = state_.framesTracked > 0;
     const JointSet held = longUnseen(state_.unseenSeconds);
@@ -96,7 +113,7 @@ class BodyTracker::Implementation {
       found = isFound(quality);
     }
     if (visible && (!started || (!found && state_.framesLost > 0))) {
-      const PoseSolution fresh = startedAnew(view);
+      const PoseSolution fresh = startedAnew(view, farthestTurn(timestamp));
       const MatchQuality freshQuality = qualityOf(fresh, view);
       constexpr double kClearlyBetter = 0.9;
       if (!started || freshQuality.meanCost < kClearlyBetter * quality.meanCost) {
@@ -104,6 +121,7 @@ class BodyTracker::Implementation {
         quality = freshQuality;
         found = !started || isFound(quality);
         state_.unseenSeconds = {};
+        state_.poseInformation.setZero();
         addFrame(quality.jointUnseen, kNeverSeen, state_.unseenSeconds);
       }
     }
@@ -115,7 +133,9 @@ class BodyTracker::Implementation {
   const TrackerState& state() const { return state_; }
 
   void restore(const TrackerState& state) {
-    if (state.betas.size() != surface_->numBetas()) {
+    if (state.betas.size() != surface_->numBetas() ||
+        state.poseInformation.rows() != TrackingLayout::kBetas ||
+        state.poseInformation.cols() != TrackingLayout::kBetas) {
       throw std::invalid_argument("BodyTracker::restore: the state is another model's");
     }
     if (!surface_->knowsClothes())
@@ -272,10 +292,26 @@ class BodyTracker::Implementation {
     candidate.cost = qualityOf(candidate.solution, view).meanCost;
   }
 
+  /// How far somebody may have turned since the last frame that they were found in [rad].
+  double farthestTurn(double timestamp) const {
+    constexpr double kUnsure = 1.0;   // [rad]: of the last pose itself
+    constexpr double kFastest = 6.0;  // [rad/s]: a pirouette
+    if (state_.framesTracked == 0)
+      return std::numbers::pi;
+    const double step = timestamp - state_.timestamp;
+    return kUnsure + kFastest * step * (1.0 + state_.framesLost);
+  }
+
   /// Tries all coarse alignments, refines the best few, keeps the best.
-  PoseSolution startedAnew(const DepthView& view) const {
+  PoseSolution startedAnew(const DepthView& view, double farthestTurn) const {
     constexpr std::size_t kRefined = 8;
     std::vector<Candidate> candidates = roughStarts(view);
+    const Eigen::Quaterniond last = rootOf(state_.pose);
+    const auto isReached = [&](const Candidate& candidate) {
+      return last.angularDistance(rootOf(candidate.solution.parameters.pose)) <= farthestTurn;
+    };
+    if (std::any_of(candidates.begin(), candidates.end(), isReached))
+      std::erase_if(candidates, std::not_fn(isReached));
     sortByCost(candidates);
     candidates.resize(std::min(kRefined, candidates.size()));
     for (Candidate& candidate : candidates)
@@ -284,21 +320,36 @@ class BodyTracker::Implementation {
     return candidates.front().solution;
   }
 
+  JointDeviations deviations(const BodyParameters& parameters) const {
+    avatar::NormalEquations equations(TrackingLayout::kBetas);
+    equations.matrix = state_.poseInformation;
+    equations.matrix.diagonal().array() += 1e-6;
+    regularizer_.add(
+        parameters, parameters.pose, {.prior = options_.priorWeight, .temporal = 0.0}, equations);
+    return jointDeviations(surface_->pose(parameters, false), equations.matrix);
+  }
+
   TrackedBody accepted(
       PoseSolution& solution, const MatchQuality& quality, bool found, double timestamp) {
     normalize(solution.parameters.pose);
-    TrackedBody tracked;
+    TrackedBody tracked = unknownBody();
     tracked.pose = solution.parameters.pose;
     tracked.medianResidual = quality.medianResidual;
     tracked.numCorrespondences = quality.numMatches;
-    tracked.jointLost.fill(true);
     const bool wasLost = state_.framesLost > 0;
     tracked.status = !found    ? TrackingStatus::kLost
                      : wasLost ? TrackingStatus::kRecovered
                                : TrackingStatus::kTracked;
+    if (state_.framesTracked > 0)
+      state_.poseInformation =
+          fadedInformation(state_.poseInformation, timestamp - state_.timestamp);
     if (found) {
+      state_.poseInformation =
+          informationWithDepth(state_.poseInformation, solution.poseInformation);
       tracked.jointConfidence = quality.jointSupport;
-      tracked.jointLost = quality.jointLost;
+      tracked.jointDeviation = deviations(solution.parameters);
+      for (std::size_t j = 0; j < tracked.jointLost.size(); ++j)
+        tracked.jointLost[j] = quality.jointLost[j] || tracked.jointDeviation[j] > kFarOff;
       if (state_.framesTracked > 0)
         addFrame(quality.jointUnseen, timestamp - state_.timestamp, state_.unseenSeconds);
       if (!state_.betasHeld) {

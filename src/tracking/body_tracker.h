@@ -27,6 +27,8 @@ struct TrackerState {
   /// B × B: what the frames so far say about the betas (inverse covariance, relative to the
   /// weights of the energy), the poses eliminated.
   Eigen::MatrixXd betaInformation;
+  /// kBetas × kBetas: what the frames so far say about the pose, see pose_uncertainty.h.
+  Eigen::MatrixXd poseInformation;
   bool betasHeld = false;
   UnseenSeconds unseenSeconds = {};
   Eigen::VectorXd

@@ -47,17 +47,18 @@ Eigen::VectorXd axisStiffness() {
   return stiffness;
 }
 
-/// How firmly a joint holds to its predicted rotation [per rad²].
-Eigen::VectorXd temporalStiffness() {
-  Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(TrackingLayout::kBetas, 10.0);
-  for (const int joint : {kSpine1, kSpine2, kSpine3, kLeftCollar, kRightCollar}) {
-    stiffness.segment<3>(3 * joint).setConstant(40.0);
-  }
-  stiffness.segment<3>(TrackingLayout::kTranslation).setConstant(85.0);  // per m²
-  return stiffness;
-}
-
 }  // namespace
+
+const Eigen::VectorXd& temporalStiffness() {
+  static const Eigen::VectorXd kStiffness = [] {
+    Eigen::VectorXd stiffness = Eigen::VectorXd::Constant(TrackingLayout::kBetas, 10.0);
+    for (const int joint : {kSpine1, kSpine2, kSpine3, kLeftCollar, kRightCollar})
+      stiffness.segment<3>(3 * joint).setConstant(40.0);
+    stiffness.segment<3>(TrackingLayout::kTranslation).setConstant(85.0);
+    return stiffness;
+  }();
+  return kStiffness;
+}
 
 Eigen::Vector3d nearestBranch(const Eigen::Vector3d& axisAngle, const Eigen::Vector3d& reference) {
   const double angle = axisAngle.norm();
@@ -102,7 +103,7 @@ double PoseRegularizer::add(
   equations.gradient.head<TrackingLayout::kTranslation>() += kAxes.cwiseProduct(rotations);
   energy += rotations.cwiseAbs2().dot(kAxes);
 
-  static const Eigen::VectorXd kTemporal = temporalStiffness();
+  const Eigen::VectorXd& stiffness = temporalStiffness();
   Eigen::VectorXd off(TrackingLayout::kBetas);
   for (int joint = 0; joint < kNumTrackedJoints; ++joint) {
     const Eigen::Vector3d now = rotations.segment<3>(3 * joint);
@@ -110,10 +111,10 @@ double PoseRegularizer::add(
         now - nearestBranch(predicted.jointRotations.segment<3>(3 * joint), now);
   }
   off.tail<3>() = parameters.pose.translation - predicted.translation;
-  equations.matrix.diagonal().head<TrackingLayout::kBetas>() += weights.temporal * kTemporal;
+  equations.matrix.diagonal().head<TrackingLayout::kBetas>() += weights.temporal * stiffness;
   equations.gradient.head<TrackingLayout::kBetas>() +=
-      weights.temporal * kTemporal.cwiseProduct(off);
-  energy += weights.temporal * off.cwiseAbs2().dot(kTemporal);
+      weights.temporal * stiffness.cwiseProduct(off);
+  energy += weights.temporal * off.cwiseAbs2().dot(stiffness);
   equations.weightedSquares += energy;
   return energy;
 }

@@ -34,6 +34,10 @@ class PoseRegularizer {
   avatar::JointLimits limits_;
 };
 
+/// How firmly a joint holds to its predicted rotation [per rad²], the translation to its own [per
+/// m²], 1/30 s ahead: kBetas entries.
+const Eigen::VectorXd& temporalStiffness();
+
 /// The axis-angle vector of the same rotation that is nearest to `reference`.
 Eigen::Vector3d nearestBranch(const Eigen::Vector3d& axisAngle, const Eigen::Vector3d& reference);
 

@@ -166,6 +166,10 @@ PoseSolution solvePose(
       constraint.weight *= kDataUnit;
     }
     NormalEquations equations = treeEquations(surface, posed, constraints);
+    if (i + 1 == options.iterations)
+      solution.poseInformation =
+          equations.matrix.topLeftCorner<TrackingLayout::kBetas, TrackingLayout::kBetas>()
+              .selfadjointView<Eigen::Lower>();
     regularizer.add(solution.parameters, start.pose, options.regularization, equations);
     if (betas) {
       const Eigen::Index numBetas = surface.numBetas();

@@ -35,6 +35,8 @@ struct PoseSolverOptions {
 struct PoseSolution {
   BodyParameters parameters;
   std::vector<std::uint8_t> visible;  ///< of the last visibility test
+  /// kBetas × kBetas: what this frame's depth says about the pose, the betas known.
+  Eigen::MatrixXd poseInformation;
   /// B × B: what this frame says about the betas, the pose eliminated; empty when they are known.
   Eigen::MatrixXd betaInformation;
 };

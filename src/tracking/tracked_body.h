@@ -20,9 +20,13 @@ struct TrackedBody {
   TrackingStatus status = TrackingStatus::kLost;
   /// 0: known from prior and motion alone … 1: well seen.
   std::array<double, avatar::kNumSmplJoints> jointConfidence = {};
-  /// Depth says that this part of the body is elsewhere, by more than about 80 mm: its joint is as
-  /// little to be trusted as a whole pose that is lost. A part that is merely hidden has a low
-  /// confidence and isn't lost. All of them when the status is kLost.
+  /// How far each joint may be from its place (one standard deviation) [m], see
+  /// pose_uncertainty.h: a few cm while its limb is seen; more, the longer it is hidden. Infinite
+  /// when the status is kLost.
+  std::array<double, avatar::kNumSmplJoints> jointDeviation = {};
+  /// Off by more than about 80 mm, as little to be trusted as a whole pose that is lost: either
+  /// depth says that this part of the body is elsewhere, or jointDeviation is greater. All of them
+  /// when the status is kLost.
   std::array<bool, avatar::kNumSmplJoints> jointLost = {};
   double medianResidual = 0.0;  ///< of the visible surface to the depth [m]
   int numCorrespondences = 0;

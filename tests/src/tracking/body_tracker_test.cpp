@@ -198,15 +198,15 @@ TEST(MatchQuality, TellsTheArmThatIsElsewhere) {
         << joint;
 }
 
-TEST(MatchQuality, AHiddenArmIsUnsupportedButNotLost) {
-  const avatar::Camera camera = test::smallCamera();
+/// The A-pose with a board half a metre before its left hand and forearm.
+DepthCloud cloudWithHiddenArm(const avatar::Camera& camera) {
   const BodyPose truth = avatar::aPose();
   DepthCloud cloud = test::renderedCloud(avatar::defaultBody(), meanShape(), truth, camera);
   const Eigen::Matrix3Xd joints =
       avatar::posedBody(avatar::defaultBody(), meanShape(), truth).joints;
   const int edge = static_cast<int>(avatar::project(camera, joints.col(avatar::kLeftElbow)).x());
   for (int y = 0; y < cloud.height; ++y) {
-    for (int x = edge; x < cloud.width; ++x) {  // a board half a metre before the person
+    for (int x = edge; x < cloud.width; ++x) {
       const std::size_t i = cloud.index(x, y);
       cloud.depth[i] = 2.0F;
       cloud.person[i] = 0;
@@ -215,10 +215,36 @@ TEST(MatchQuality, AHiddenArmIsUnsupportedButNotLost) {
       cloud.normals.col(static_cast<Eigen::Index>(i)).setZero();
     }
   }
-  const MatchQuality quality = qualityAt(truth, cloud, camera);
+  return cloud;
+}
+
+TEST(MatchQuality, AHiddenArmIsUnsupportedButNotElsewhere) {
+  const avatar::Camera camera = test::smallCamera();
+  const MatchQuality quality = qualityAt(avatar::aPose(), cloudWithHiddenArm(camera), camera);
   EXPECT_TRUE(lostOf(quality).empty());
   EXPECT_LT(quality.jointSupport[avatar::kLeftWrist], 0.05);
   EXPECT_GT(quality.jointSupport[avatar::kRightWrist], 0.4);  // half of the skin is turned away
+}
+
+TEST(BodyTracker, WhatStaysHiddenIsLostInTimeAndFoundAgain) {
+  const avatar::Camera camera = test::smallCamera();
+  const DepthCloud seen =
+      test::renderedCloud(avatar::defaultBody(), meanShape(), avatar::aPose(), camera);
+  const DepthCloud hidden = cloudWithHiddenArm(camera);
+  BodyTracker tracker = trackerAt(avatar::aPose(), camera);
+  double before = 0.0;
+  for (int i = 1; i <= 20; ++i) {
+    const bool hides = i > 4 && i <= 16;
+    const TrackedBody tracked = tracker.track(hides ? hidden : seen, i * kFrame);
+    const double deviation = tracked.jointDeviation[avatar::kLeftWrist];
+    EXPECT_TRUE(!hides || deviation > before) << i;
+    before = deviation;
+    // A third of a second is enough for a hand to be anywhere, a frame to see where it is.
+    EXPECT_TRUE(i != 16 || tracked.jointLost[avatar::kLeftWrist]) << deviation;
+    EXPECT_TRUE(hides || !tracked.jointLost[avatar::kLeftWrist]) << i << ": " << deviation;
+    EXPECT_FALSE(tracked.jointLost[avatar::kRightWrist]) << i;
+    EXPECT_FALSE(tracked.jointLost[avatar::kHead]) << i;
+  }
 }
 
 TEST(BodyTracker, TellsWhichLimbLeaptAway) {
@@ -322,6 +348,7 @@ TEST(BodyTracker, LeavesUnseenLegsAtRest) {
   }
   EXPECT_EQ(tracked.status, TrackingStatus::kTracked);
   EXPECT_EQ(tracked.jointConfidence[avatar::kLeftAnkle], 0.0);
+  EXPECT_TRUE(tracked.jointLost[avatar::kLeftAnkle]);
   EXPECT_GT(tracked.jointConfidence[avatar::kHead], 0.5);
   // Nothing bends what nothing shows, from the first frame on.
   for (const int joint : {avatar::kLeftKnee, avatar::kRightKnee, avatar::kLeftAnkle}) {

@@ -1,8 +1,11 @@
 #include "src/tracking/tree_equations.h"
 
 #include "avatar/default_body/embedded_body.h"
+#include "src/tracking/pose_regularizer.h"
+#include "src/tracking/pose_uncertainty.h"
 #include "tests/support/gradient_check.h"
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -84,6 +87,60 @@ TEST(TreeEquations, AreTheNormalEquationsOfTheFiniteDifferences) {
       equations.weightedSquares,
       residuals.cwiseAbs2().dot(weights),
       1e-12);  // sums of the same numbers
+}
+
+/// Positive definite.
+Eigen::MatrixXd someInformation() {
+  constexpr int kSize = TrackingLayout::kBetas;
+  Eigen::MatrixXd rows(kSize, kSize);
+  for (int i = 0; i < kSize; ++i)
+    for (int j = 0; j < kSize; ++j)
+      rows(i, j) = std::sin(0.7 * i * j + 0.3 * i);
+  return rows * rows.transpose() + 5.0 * Eigen::MatrixXd::Identity(kSize, kSize);
+}
+
+TEST(PoseUncertainty, DeviatesAsTheJointsMoveWithThePose) {
+  const TrackedSurface surface(avatar::defaultBody(), 300);
+  const BodyParameters parameters = bentBody(surface);
+  Eigen::VectorXd x(TrackingLayout::kBetas + surface.numBetas());
+  x << parameters.pose.jointRotations.head<TrackingLayout::kTranslation>(),
+      parameters.pose.translation, parameters.betas;
+  const auto places = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+    const PosedSamples posed = surface.pose(shifted(parameters, at), false);
+    Eigen::VectorXd values(3 * kNumTrackedJoints);
+    for (int j = 0; j < kNumTrackedJoints; ++j)
+      values.segment<3>(3 * j) = posed.worldFromJoint[static_cast<std::size_t>(j)].translation();
+    return values;
+  };
+  const Eigen::MatrixXd derivative =
+      avatar::test::numericJacobian(places, x).leftCols<TrackingLayout::kBetas>();
+  const Eigen::MatrixXd information = someInformation();
+  const Eigen::MatrixXd covariance = derivative * information.inverse() * derivative.transpose();
+  const PosedSamples posed = surface.pose(parameters, false);
+  const JointDeviations deviations = jointDeviations(posed, information);
+  const auto expected = [&](int j) {
+    return std::sqrt(covariance.block<3, 3>(3 * j, 3 * j).trace());
+  };
+  const double unit = deviations[0] / expected(0);
+  EXPECT_GT(unit, 0.0);
+  for (int j = 1; j < kNumTrackedJoints; ++j)  // 1e-6: the numeric derivative's error
+    EXPECT_NEAR(deviations[static_cast<std::size_t>(j)], unit * expected(j), 1e-6) << j;
+  EXPECT_EQ(deviations[avatar::kLeftHand], deviations[avatar::kLeftWrist]);
+  EXPECT_TRUE(std::isinf(jointDeviations(posed, 0.0 * information)[avatar::kHead]));
+}
+
+TEST(PoseUncertainty, FadesByAddingCovariances) {
+  const Eigen::MatrixXd information = someInformation();
+  constexpr double kFrame = 1.0 / 30.0;
+  Eigen::MatrixXd covariance = information.inverse();
+  covariance.diagonal() += temporalStiffness().cwiseInverse();
+  const Eigen::MatrixXd faded = fadedInformation(information, kFrame);
+  // Of entries up to 40, through two inverses of a condition below 100.
+  EXPECT_LT((faded - covariance.inverse()).cwiseAbs().maxCoeff(), 1e-10);
+  const Eigen::MatrixXd twice =
+      fadedInformation(fadedInformation(information, 0.5 * kFrame), 0.5 * kFrame);
+  EXPECT_LT((faded - twice).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_TRUE(fadedInformation(0.0 * information, kFrame).isZero(0.0));
 }
 
 }  // namespace
