@@ -458,7 +458,7 @@ void CaptureSession::restore(const CaptureState& state) {
   }
 }
 
-avatar::LayeredAvatar draped(const CapturePerson& person, int threads) {
+avatar::LayeredAvatar draped(const CapturePerson& person, int threads, double seconds) {
   avatar::LayeredAvatar avatar = person.avatar;
   if (std::all_of(avatar.garments.begin(), avatar.garments.end(), [](const auto& garment) {
         return garment.asWorn;
@@ -466,7 +466,10 @@ avatar::LayeredAvatar draped(const CapturePerson& person, int threads) {
     return avatar;
   const avatar::Camera unused{.width = 1, .height = 1, .fx = 1.0, .fy = 1.0};
   CaptureSession session(
-      person, unused, {.method = CaptureMethod::kSimulateOnly, .dressingSeconds = 0.5}, threads);
+      person,
+      unused,
+      {.method = CaptureMethod::kSimulateOnly, .dressingSeconds = seconds},
+      threads);
   const avatar::BodyPose pose = avatar.garments.front().bindPose;
   session.dress(pose);
   const CaptureState state = session.state();

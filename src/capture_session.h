@@ -195,7 +195,8 @@ class CaptureSession {
 
 /// The person with its clothes as they hang on it where it stands still in the pose they were made
 /// in, simulated: nearer to what a camera sees than clothes as they were cut. Digitized clothes,
-/// which were seen as they hang, stay as they are. Throws as a session does.
-avatar::LayeredAvatar draped(const CapturePerson& person, int threads);
+/// which were seen as they hang, stay as they are. `seconds` are simulated, momentum fading. Throws
+/// as a session does.
+avatar::LayeredAvatar draped(const CapturePerson& person, int threads, double seconds = 0.5);
 
 }  // namespace simulcap

@@ -54,6 +54,8 @@ class Digitizer {
       result_.labels = avatar::parsedSurface(result_.outer, options_.surfaceParsing);
     });
     stage("garments", [&] { dress(); });
+    if (options_.desag && !result_.avatar.garments.empty())
+      stage("rest_shape", [&] { desag(); });
     return std::move(result_);
   }
 
@@ -211,6 +213,18 @@ class Digitizer {
     avatar::applyEnhancement(details, result_.avatar.body);
   }
 
+  void desag() {
+    RestShapeOptions options;
+    options.threads = options_.threads;
+    options.onRound = [&](int round) {
+      if (options_.onStage && round > 0)
+        options_.onStage("rest_shape, settling again");
+    };
+    DesaggedAvatar found = desagged({model_, result_.avatar}, options);
+    result_.avatar = std::move(found.avatar);
+    result_.drift = std::move(found.drift);
+  }
+
   const avatar::BodyModel& model_;
   DigitizeOptions options_;
   avatar::Skinning skinning_;
@@ -256,6 +270,10 @@ nlohmann::json digitizationFigures(const DigitizedPerson& person) {
   }
   seconds["total"] = total;
   seconds["per_frame"] = person.framesRead > 0 ? total / person.framesRead : 0.0;
+  nlohmann::json drift = nlohmann::json::object();
+  for (const SettlingDrift& garment : person.drift)
+    drift[garment.garment] = {
+        {"as_worn", 1000.0 * garment.asWorn}, {"desagged", 1000.0 * garment.desagged}};
   nlohmann::json loop;
   if (person.loopGap)
     loop = 1000.0 * *person.loopGap;
@@ -272,6 +290,7 @@ nlohmann::json digitizationFigures(const DigitizedPerson& person) {
         {"skin_to_surface_mm", 1000.0 * person.body.skinDistance},
         {"skin_under_cloth_mm", 1000.0 * person.body.underCloth},
         {"skin_outside_cloth", person.body.insideOut},
+        {"settling_drift_mm", person.drift.empty() ? nlohmann::json() : drift},
         {"warnings", person.warnings}}}};
 }
 

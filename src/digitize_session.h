@@ -10,6 +10,7 @@
 #include "avatar/geometry/camera.h"
 #include "avatar/layered_avatar.h"
 #include "src/digitization/label_confusion.h"
+#include "src/digitization/rest_shape.h"
 #include "src/digitization/turn.h"
 
 #include <nlohmann/json_fwd.hpp>
@@ -34,6 +35,7 @@ struct DigitizeOptions {
   std::string parsingModel;  ///< a human-parsing network's file; empty: none
   int parsedFrames = 8;      ///< that the network is shown, the rest follow by colour, 1 … 10000
   double edgeLength = 0.02;  ///< of the garments' meshes [m], 0.008 … 0.05
+  bool desag = false;        ///< garments' rest shapes are sought that hang as was captured
   /// With fewer sides of the person seen, built-in garments like those of the first frame are worn
   /// instead of digitized ones [deg], 0 … 360.
   double leastDegrees = 0.0;
@@ -63,6 +65,7 @@ struct DigitizedPerson {
   /// show different sides.
   std::optional<double> loopGap;
   std::vector<ParsedPicture> parsed;  ///< the frames that were fused
+  std::vector<SettlingDrift> drift;   ///< per garment; empty: not asked for
   StageSeconds seconds;
   std::vector<std::string> warnings;  ///< what is weak, and what to do better, one line each
 };

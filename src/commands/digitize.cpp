@@ -39,6 +39,7 @@ std::string besides(const std::string& avatar, const char* extension) {
 nlohmann::json figuresOf(
     const DigitizeVerbOptions& options,
     const DigitizedPerson& person,
+    const avatar::BodyModel& model,
     const CommandContext& context) {
   nlohmann::json figures = digitizationFigures(person);
   figures["program"] = std::string("simulcap ") + kVersion;
@@ -47,8 +48,9 @@ nlohmann::json figuresOf(
   figures["calibration_gflops"] = calibrationGflops();
   if (options.truth.empty())
     return figures;
+  // A rest shape isn't what the truth shows: that hangs.
   figures["ground_truth"] = avatarFigures(
-      person.avatar,
+      person.drift.empty() ? person.avatar : draped({model, person.avatar}, context.threads, 1.0),
       {options.truth, options.body, context.threads},
       {person.firstNumber, person.firstPose, person.camera.cameraFromWorld});
   const PictureSize size{.width = person.camera.width, .height = person.camera.height};
@@ -60,7 +62,7 @@ void digitizeVerb(const DigitizeVerbOptions& options, const CommandContext& cont
   const avatar::BodyModel model = avatar::loadBody(options.body);
   avatar::requireWritable(options.output);
   const DigitizedPerson person = digitized(options.sequence, model, options.input, context);
-  const nlohmann::json figures = figuresOf(options, person, context);
+  const nlohmann::json figures = figuresOf(options, person, model, context);
   avatar::writePly(besides(options.output, ".outer.ply"), person.outer.mesh, person.outer.colors);
   avatar::writeAvatar(options.output, person.avatar);
   const std::string metrics = besides(options.output, ".metrics.json");

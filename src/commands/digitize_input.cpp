@@ -39,6 +39,11 @@ void addDigitizeOptions(CLI::App& verb, DigitizeInput& input) {
       ->capture_default_str();
   verb.add_flag(
       "--one-piece", input.onePiece, "Upper and lower garment are one: a dress or an overall");
+  verb.add_flag(
+      "--desag",
+      input.desag,
+      "Garments whose rest shape hangs as was captured, for simulation; else the captured shape is "
+      "the rest shape, and sags once more");
   verb.add_option("--edge-length", input.edgeLength, "Of the garments' meshes [m]")
       ->check(CLI::Range(0.008, 0.05))
       ->type_name("M")
@@ -56,6 +61,7 @@ DigitizedPerson digitized(
   options.parsingModel = input.parsing;
   options.parsedFrames = input.parsedFrames;
   options.parsing.onePiece = input.onePiece;
+  options.desag = input.desag;
   options.edgeLength = input.edgeLength;
   options.leastDegrees = input.leastDegrees;
   options.threads = context.threads;

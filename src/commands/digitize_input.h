@@ -16,11 +16,12 @@ struct DigitizeInput {
   std::string parsing;            ///< human-parsing network; empty: none
   int parsedFrames = 8;
   bool onePiece = false;
+  bool desag = false;
   double edgeLength = 0.02;   ///< [m]
   double leastDegrees = 0.0;  ///< seen of the person; with less, built-in garments are fitted
 };
 
-/// --turn, --labels, --parsing, --parsing-frames, --one-piece, --edge-length.
+/// --turn, --labels, --parsing, --parsing-frames, --one-piece, --desag, --edge-length.
 void addDigitizeOptions(CLI::App& verb, DigitizeInput& input);
 
 /// Shows how far it is, and what was weak.

@@ -3,6 +3,8 @@
 #include "avatar/avatar_body.h"
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/closest_point.h"
+#include "src/digitization/rest_shape.h"
 #include "src/evaluation/cloth_metrics.h"
 #include "src/evaluation/depth_error.h"
 #include "src/evaluation/jitter.h"
@@ -139,6 +141,25 @@ TEST_F(CapturedTube, ClothesSinkWhereTheyWereCutAndStayWhereTheyWereSeen) {
   EXPECT_LT(height(draped({model_, avatar_}, 1)), cut - 0.001);
   avatar_.garments.front().asWorn = true;
   EXPECT_EQ(height(draped({model_, avatar_}, 1)), cut);
+}
+
+TEST_F(CapturedTube, ARestShapeIsFoundThatHangsAsWasCaptured) {
+  avatar_.garments.front().asWorn = true;
+  const Eigen::Matrix3Xd captured = avatar_.garments.front().mesh.vertices;
+  const DesaggedAvatar found = desagged({model_, avatar_}, {.rounds = 4, .seconds = 0.3});
+  const avatar::Garment& tube = found.avatar.garments.front();
+  EXPECT_FALSE(tube.asWorn);
+  ASSERT_EQ(found.drift.size(), 1U);
+  // Each round leaves a fifth of the drift, were cloth linear.
+  EXPECT_LT(found.drift[0].desagged, 0.3 * found.drift[0].asWorn);
+  // What is reported is what simulating it gives.
+  const Eigen::Matrix3Xd hung =
+      draped({model_, found.avatar}, 1, 0.3).garments.front().mesh.vertices;
+  EXPECT_NEAR((hung - captured).colwise().norm().mean(), found.drift[0].desagged, 1e-9);
+  const avatar::SignedDistance skin({model_.templateVertices, model_.faces});
+  for (const auto& place : tube.mesh.vertices.colwise())
+    EXPECT_GT(skin(place).distance, 0.0);
+  EXPECT_THROW(desagged({model_, avatar_}, {.rounds = 0}), std::invalid_argument);
 }
 
 /// Of the visible part the margin is not pulled fully; what the joints alone make of it is 15 mm
