@@ -133,7 +133,9 @@ void CaptureWorld::addClothContact(const CaptureSetup& setup) {
          .thickness = mesh(i).material.thickness,
          .friction = mesh(i).material.friction});
   auto contact = std::make_unique<ClothContact>(
-      garments, ClothContactOptions{.self = setup.selfContact, .between = setup.garmentContact});
+      garments,
+      ClothContactOptions{.self = setup.selfContact, .between = setup.garmentContact},
+      &solver_.simulation().team());
   clothContact_ = contact.get();
   solver_.simulation().addConstraint(std::move(contact));
 }

@@ -11,7 +11,7 @@
 namespace bullet_ext {
 
 /// Keeps all cloths of a simulation outside one moving body, fingers and ears included, each with
-/// the thickness and friction of its material.
+/// the thickness and friction of its material. Works with the simulation's threads.
 class BodyConstraint final : public SubstepConstraint {
  public:
   /// For the cloths that the simulation has now. Keeps references to both.
@@ -27,6 +27,9 @@ class BodyConstraint final : public SubstepConstraint {
   const SmallPartCounts& smallPartCounts() const { return smallPartCounts_; }
 
  private:
+  ContactCounts resolveShare(std::span<ClothState> states, int substep, int thread);
+
+  ThreadTeam& team_;
   std::vector<BodyContact> contacts_;
   std::vector<SmallPartContact> smallParts_;
   ContactCounts counts_;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -49,10 +50,16 @@ void ClothContactOptions::validate() const {
 }
 
 ClothContact::ClothContact(
-    std::span<const ContactGarment> garments, const ClothContactOptions& options)
+    std::span<const ContactGarment> garments, const ClothContactOptions& options, ThreadTeam* team)
     : elements_(buildContactElements(garments)),
       options_(options),
-      lists_(validated(elements_, options), {options.self, options.between && garments.size() > 1}),
+      alone_(1),
+      team_(team != nullptr ? *team : alone_),
+      shares_(at(team_.size())),
+      lists_(
+          validated(elements_, options),
+          {options.self, options.between && garments.size() > 1},
+          team_),
       idle_(!options.self && !(options.between && garments.size() > 1)) {}
 
 void ClothContact::requireStates(std::span<const ClothState> states) const {
@@ -190,13 +197,41 @@ void ClothContact::addUntangling() {
 }
 
 void ClothContact::respond() {
-  for (std::size_t i = 0; i < names_.size(); ++i) {
-    respondTo(i);
+  inShares(&ClothContact::respondTo);
+  for (Share& share : shares_) {
+    for (std::size_t k = 0; k < share.contacts.size(); ++k) {
+      awake_[share.indices[k]].contact = static_cast<int>(contacts_.size());
+      contacts_.push_back(share.contacts[k]);
+    }
   }
   sweepAll();
 }
 
-void ClothContact::respondTo(std::size_t index) {
+/// Does something to all awake pairs. What it adds is in the shares, in the order of the pairs.
+void ClothContact::inShares(void (ClothContact::*task)(std::size_t, Share&)) {
+  for (Share& share : shares_) {
+    share.indices.clear();
+    share.contacts.clear();
+    share.approaches.clear();
+    share.distances = share.continuousTests = 0;
+    share.trusted = true;
+  }
+  if (names_.empty()) {
+    return;
+  }
+  team_.runShares(names_.size(), [&](std::size_t begin, std::size_t end, int thread) {
+    for (std::size_t i = begin; i < end; ++i) {
+      (this->*task)(i, shares_[at(thread)]);
+    }
+  });
+  for (const Share& share : shares_) {
+    counters_.distances += share.distances;
+    counters_.continuousTests += share.continuousTests;
+    trusted_ = trusted_ && share.trusted;
+  }
+}
+
+void ClothContact::respondTo(std::size_t index, Share& share) {
   ListedPair& pair = lists_.pair(names_[index]);
   AwakePair& awake = awake_[index];
   awake.margin = separationAt(pair.kind, motion_.end, pair.vertices, pair.axis);
@@ -204,7 +239,7 @@ void ClothContact::respondTo(std::size_t index) {
   if (awake.margin >= pair.thickness || tangled(pair)) {
     return;
   }
-  ++counters_.distances;
+  ++share.distances;
   const ClosestPoints<float> closest =
       closestPoints(pair.kind, cornersAt(motion_.start, pair.vertices));
   pair.axis = closest.normal;
@@ -218,8 +253,8 @@ void ClothContact::respondTo(std::size_t index) {
   contact.target = nearestAtEnd(pair.kind, closest.weights)
                        ? awake.safe
                        : targetOf(closest.distance, pair.thickness);
-  awake.contact = static_cast<int>(contacts_.size());
-  contacts_.push_back(contact);
+  share.indices.push_back(index);
+  share.contacts.push_back(contact);
 }
 
 void ClothContact::sweepAll() {
@@ -256,57 +291,56 @@ void ClothContact::certifyAll() {
 }
 
 std::vector<std::size_t> ClothContact::failingPairs(bool respondToThem) {
+  inShares(&ClothContact::certify);
   std::vector<std::size_t> failing;
-  for (std::size_t i = 0; i < names_.size(); ++i) {
-    if (!certify(i, respondToThem)) {
-      failing.push_back(i);
+  for (const Share& share : shares_) {
+    failing.insert(failing.end(), share.indices.begin(), share.indices.end());
+    for (std::size_t k = 0; respondToThem && k < share.indices.size(); ++k) {
+      hold(share.indices[k], share.approaches[k]);
     }
   }
+  counters_.approaches += static_cast<std::int64_t>(failing.size());
   return failing;
 }
 
-/// Whether the pair has `safe` between its elements on the whole path.
-bool ClothContact::certify(std::size_t index, bool respondToIt) {
+/// Fails the pair if it hasn't `safe` between its elements on the whole path.
+void ClothContact::certify(std::size_t index, Share& share) {
   ListedPair& pair = lists_.pair(names_[index]);
   AwakePair& awake = awake_[index];
   if (awake.safe == 0.0F) {
     awake.safe = kSafePart * pair.thickness;
   }
   if (awake.seen && awake.margin >= awake.safe && !moved(pair)) {
-    return true;
+    return;
   }
   awake.seen = true;
   awake.margin = separationAt(pair.kind, motion_.end, pair.vertices, pair.axis);
   if (awake.margin >= awake.safe) {
-    return true;
+    return;
   }
   const PairPoints<float> start = cornersAt(motion_.start, pair.vertices);
   const ClosestPoints<float> closest = closestPoints(pair.kind, start);
-  ++counters_.distances;
+  ++share.distances;
   pair.axis = closest.normal;
   awake.safe = std::min(kSafePart * pair.thickness, kSafeApproach * closest.distance);
   awake.margin = separationAt(pair.kind, motion_.end, pair.vertices, pair.axis);
   if (awake.margin >= awake.safe || tangled(pair)) {
-    return true;
+    return;
   }
   if (closest.distance < kTouching) {
-    trusted_ = false;
-    return true;
+    share.trusted = false;
+    return;
   }
-  ++counters_.continuousTests;
+  ++share.continuousTests;
   const std::optional<Approach<double>> approach = firstApproach<double>(
       pair.kind,
       start.cast<double>(),
       cornersAt(motion_.end, pair.vertices).cast<double>(),
       static_cast<double>(awake.safe));
-  if (!approach) {
-    return true;
+  if (approach) {
+    share.indices.push_back(index);
+    share.approaches.push_back(*approach);
   }
-  ++counters_.approaches;
-  if (respondToIt) {
-    hold(index, *approach);
-  }
-  return false;
 }
 
 /// Bridson et al. 2002, 7.1: where and when they would meet, the normal motion is stopped.

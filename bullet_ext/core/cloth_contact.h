@@ -6,12 +6,14 @@
 #include "bullet_ext/core/contact_lists.h"
 #include "bullet_ext/core/contact_response.h"
 #include "bullet_ext/core/layer_untangling.h"
+#include "bullet_ext/core/thread_team.h"
 #include "bullet_ext/core/vertex_zones.h"
 
 #include <Eigen/Core>
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -57,9 +59,12 @@ struct ClothContactOptions {
 /// apart slowly in their order.
 class ClothContact final : public SubstepConstraint {
  public:
-  /// Throws std::invalid_argument for a garment or an option outside its range.
+  /// With the threads of a team that outlives it, or one; the results are the same. Throws
+  /// std::invalid_argument for a garment or an option outside its range.
   explicit ClothContact(
-      std::span<const ContactGarment> garments, const ClothContactOptions& options = {});
+      std::span<const ContactGarment> garments,
+      const ClothContactOptions& options = {},
+      ThreadTeam* team = nullptr);
   ClothContact(const ClothContact&) = delete;
   ClothContact& operator=(const ClothContact&) = delete;
   ClothContact(ClothContact&&) = delete;
@@ -93,6 +98,15 @@ class ClothContact final : public SubstepConstraint {
     bool seen = false;    ///< if it has been measured
   };
 
+  /// What one thread adds, in the order of its pairs.
+  struct Share {
+    std::vector<std::size_t> indices;          ///< pairs in contact, or failing
+    std::vector<Contact> contacts;             ///< of the former
+    std::vector<Approach<double>> approaches;  ///< of the latter
+    std::int64_t distances = 0, continuousTests = 0;
+    bool trusted = true;
+  };
+
   void requireStates(std::span<const ClothState> states) const;
   void load(std::span<const ClothState> states, Eigen::Matrix4Xf& positions) const;
   void store(std::span<ClothState> states) const;
@@ -102,12 +116,13 @@ class ClothContact final : public SubstepConstraint {
   float targetOf(float distance, float thickness) const;
   void addUntangling();
   void respond();
-  void respondTo(std::size_t index);
+  void inShares(void (ClothContact::*task)(std::size_t, Share&));
+  void respondTo(std::size_t index, Share& share);
   void sweepAll();
   bool moved(const ListedPair& pair) const;
   void certifyAll();
   std::vector<std::size_t> failingPairs(bool respondToThem);
-  bool certify(std::size_t index, bool respondToIt);
+  void certify(std::size_t index, Share& share);
   void hold(std::size_t index, const Approach<double>& approach);
   void moveZones(std::vector<std::size_t> failing);
   bool joinZones(VertexZones& zones, const std::vector<std::size_t>& failing);
@@ -116,6 +131,9 @@ class ClothContact final : public SubstepConstraint {
   ContactElements elements_;
   ClothContactOptions options_;
   ContactCounters counters_;
+  ThreadTeam alone_;
+  ThreadTeam& team_;
+  std::vector<Share> shares_;  ///< one per thread
   ContactLists lists_;
   LayerUntangling untangling_;
   bool idle_;  ///< nothing is asked for

@@ -11,10 +11,11 @@
 namespace bullet_ext {
 namespace {
 
-std::unique_ptr<ClothIntegrator> integratorFor(ClothMesh mesh, const SimulationOptions& options) {
+std::unique_ptr<ClothIntegrator> integratorFor(
+    ClothMesh mesh, const SimulationOptions& options, ThreadTeam& team) {
   if (options.integrator == Integrator::kImplicit)
     return std::make_unique<ImplicitStepper>(mesh);
-  auto stepper = std::make_unique<ClothStepper>(std::move(mesh), options.stepper);
+  auto stepper = std::make_unique<ClothStepper>(std::move(mesh), options.stepper, &team);
   SubstepOptions substep = stepper->substep();
   substep.integrator = options.integrator;
   stepper->setSubstep(substep);
@@ -44,11 +45,21 @@ double largestSpeed(const ClothState& state) {
 
 ClothSimulation::ClothSimulation(const SimulationOptions& options) : options_(options) {
   options_.validate();
+  team_ = std::make_unique<ThreadTeam>(options_.stepper.threads);
+}
+
+/// Cloths at the same time.
+void ClothSimulation::forEachCloth(const std::function<void(std::size_t)>& task) {
+  team_->run([&](int thread) {
+    for (auto i = static_cast<std::size_t>(thread); i < states_.size();
+         i += static_cast<std::size_t>(team_->size()))
+      task(i);
+  });
 }
 
 int ClothSimulation::addCloth(ClothMesh mesh) {
   states_.push_back(restState(mesh));
-  steppers_.push_back(integratorFor(std::move(mesh), options_));
+  steppers_.push_back(integratorFor(std::move(mesh), options_, *team_));
   accounts_.emplace_back(steppers_.back()->mesh());
   balances_.emplace_back();
   excesses_.push_back(0.0);
@@ -144,11 +155,14 @@ FrameReport ClothSimulation::attemptFrom(const Snapshot& before, const FrameTimi
 FrameReport ClothSimulation::attempt(const FrameTiming& timing, Booking booking) {
   FrameReport report{.substeps = timing.substeps};
   setSubsteps(timing);
-  for (std::size_t i = 0; i < states_.size(); ++i)
+  forEachCloth([&](std::size_t i) {
     accounts_[i].open(*steppers_[i], states_[i], forces_[i], !pinTargets_[i].vertices.empty());
+  });
   runSubsteps(timing, booking);
-  for (std::size_t i = 0; i < states_.size(); ++i) {
+  forEachCloth([&](std::size_t i) {
     balances_[i] = accounts_[i].close(*steppers_[i], states_[i], forces_[i]);
+  });
+  for (std::size_t i = 0; i < states_.size(); ++i) {
     report.stable = report.stable && isPlausible(i);
     report.energy += balances_[i];
   }
@@ -220,12 +234,12 @@ void ClothSimulation::runSubsteps(const FrameTiming& timing, Booking booking) {
 
 void ClothSimulation::resolveConstraints(int substep, Booking booking) {
   const auto book = [&](double sign) {
-    for (std::size_t i = 0; i < states_.size(); ++i) {
+    forEachCloth([&](std::size_t i) {
       double energy = accounts_[i].kineticEnergy(states_[i]);
       if (booking == Booking::kWhole)
         energy += elasticEnergy(steppers_[i]->mesh(), states_[i]);
       accounts_[i].bookConstraints(sign * energy);
-    }
+    });
   };
   book(-1.0);
   for (const auto& constraint : constraints_)

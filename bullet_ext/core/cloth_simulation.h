@@ -5,9 +5,11 @@
 #include "bullet_ext/core/cloth_stepper.h"
 #include "bullet_ext/core/energy_balance.h"
 #include "bullet_ext/core/external_force.h"
+#include "bullet_ext/core/thread_team.h"
 
 #include <Eigen/Core>
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -90,6 +92,10 @@ class ClothSimulation {
   /// Constraints resolve in the order in which they were added.
   void addConstraint(std::unique_ptr<SubstepConstraint> constraint);
 
+  /// Of options.stepper.threads threads, for constraints to share their work out; idle while these
+  /// are called.
+  ThreadTeam& team() const { return *team_; }
+
   int numCloths() const { return static_cast<int>(states_.size()); }
 
   const ClothMesh& mesh(int cloth) const {
@@ -132,7 +138,10 @@ class ClothSimulation {
   bool isPlausible(std::size_t cloth) const;
   void restore(const Snapshot& snapshot);
 
+  void forEachCloth(const std::function<void(std::size_t)>& task);
+
   SimulationOptions options_;
+  std::unique_ptr<ThreadTeam> team_;  ///< outlives those who use it
   std::vector<std::unique_ptr<ClothIntegrator>> steppers_;
   std::vector<EnergyAccount> accounts_;  ///< one per cloth
   std::vector<EnergyBalance> balances_;  ///< of the last attempt, one per cloth

@@ -45,7 +45,7 @@ void StepperOptions::validate() const {
   }
 }
 
-ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options)
+ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options, ThreadTeam* team)
     : mesh_(std::move(mesh)), forces_(Eigen::Matrix4Xf::Zero(4, mesh_.numVertices())) {
   options.validate();
   setSubstep(substepFor(mesh_.material));
@@ -53,7 +53,10 @@ ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options)
     domains_ = splitIntoDomains(mesh_, options.threads);
   }
   if (domains_.size() > 1) {
-    team_ = std::make_unique<ThreadTeam>(static_cast<int>(domains_.size()));
+    if (team == nullptr) {
+      own_ = std::make_unique<ThreadTeam>(static_cast<int>(domains_.size()));
+    }
+    team_ = team != nullptr ? team : own_.get();
     nextPositions_.setZero(4, mesh_.numVertices());
   }
 }
@@ -121,7 +124,7 @@ void ClothStepper::stepWide(
     ClothState& state, std::span<const ExternalForce* const> externalForces) {
   const WideSubstep substep = {
       .positions = state.positions.data(),
-      .nextPositions = team_ ? nextPositions_.data() : state.positions.data(),
+      .nextPositions = team_ != nullptr ? nextPositions_.data() : state.positions.data(),
       .velocities = state.velocities.data(),
       .externalForces = externalForces.empty() ? nullptr : forces_.data(),
       .velocityFactors = velocityFactors_.data(),
@@ -136,8 +139,12 @@ void ClothStepper::stepWide(
     computeWideForces(domain, substep.positions, mesh_.material.limitCompressedTorsion);
     integrateWide(domain, substep);
   };
-  if (team_) {
-    team_->run(stepDomain);
+  if (team_ != nullptr) {
+    team_->run([&](int thread) {
+      if (static_cast<std::size_t>(thread) < domains_.size()) {
+        stepDomain(thread);
+      }
+    });
     state.positions.swap(nextPositions_);
   } else {
     stepDomain(0);

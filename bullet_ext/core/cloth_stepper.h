@@ -34,8 +34,10 @@ struct StepperOptions {
 /// same input, same bytes, on every processor that has it.
 class ClothStepper final : public ClothIntegrator {
  public:
-  /// Substep as by substepFor(mesh.material).
-  explicit ClothStepper(ClothMesh mesh, const StepperOptions& options = {});
+  /// Substep as by substepFor(mesh.material). With the threads of a team that outlives it, at least
+  /// as many as the options say, or with a team of its own.
+  explicit ClothStepper(
+      ClothMesh mesh, const StepperOptions& options = {}, ThreadTeam* team = nullptr);
 
   const ClothMesh& mesh() const override { return mesh_; }
 
@@ -66,7 +68,8 @@ class ClothStepper final : public ClothIntegrator {
   Eigen::RowVectorXf forceFactors_;     ///< N [s/kg]
   Eigen::Matrix4Xf forces_;             ///< 4 × N [N]
   std::vector<WideCloth> domains_;      ///< empty: portable
-  std::unique_ptr<ThreadTeam> team_;    ///< one thread per domain; null for one
+  std::unique_ptr<ThreadTeam> own_;
+  ThreadTeam* team_ = nullptr;  ///< a thread per domain; null for one domain
   /// Where several domains write: their neighbours still read the old positions.
   Eigen::Matrix4Xf nextPositions_;
 };

@@ -1,26 +1,22 @@
 #include "bullet_ext/core/contact_lists.h"
 
-#include "bullet_ext/core/contact_response.h"
+#include "bullet_ext/core/contact_list_builder.h"
 #include "bullet_ext/core/element_index.h"
 #include "bullet_ext/core/wide_kernels.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <numeric>
-#include <span>
 #include <utility>
 
 namespace bullet_ext {
 namespace {
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
-/// Covers the rounding of sums of motions: hundreds of additions with 6e-8 each.
-constexpr float kRoundUp = 1.0001F;
 /// How far beyond the thickness the search for near patches reaches [m]. A wide search is repeated
 /// seldom but finds more pairs of patches, each of which costs some nanoseconds per substep.
 constexpr float kSearchReach = 0.02F;
@@ -30,102 +26,6 @@ constexpr float kShortestReach = 0.5F;
 constexpr float kLongestReach = 2.0F;
 /// Part of the thickness that corrections may add to a step before pairs are collected again.
 constexpr float kHeadroom = 0.02F;
-
-/// Of positions whose fourth coordinate is that along some unit axis, so that boxes are slabs along
-/// four directions: layers that lie on each other askew overlap in x, y and z, but not along their
-/// normal.
-struct MotionBox {
-  Eigen::Array4f low, high;
-
-  bool overlaps(const MotionBox& other) const {
-    return (low <= other.high).all() && (other.low <= high).all();
-  }
-
-  MotionBox widened(float by) const { return {low - by, high + by}; }
-
-  void add(const Eigen::Vector4f& point) {
-    low = low.min(point.array());
-    high = high.max(point.array());
-  }
-};
-
-/// Around some columns.
-template <typename Columns>
-MotionBox boxOf(const Positions& x, const Columns& columns) {
-  MotionBox box = {x.col(columns[0]), x.col(columns[0])};
-  for (const int column : columns) {
-    box.add(x.col(column));
-  }
-  return box;
-}
-
-/// Lower bound of the distance between what is in two boxes.
-float distanceBetween(const MotionBox& a, const MotionBox& b) {
-  const Eigen::Vector4f gaps = (a.low - b.high).max(b.low - a.high).max(0.0F).matrix();
-  return std::max(gaps.head<3>().norm(), gaps[3]) / kRoundUp;
-}
-
-/// Elements and their boxes, in blocks of lanes (ContactKernels::boxesMeeting).
-class BoxedElements {
- public:
-  std::size_t size() const { return elements_.size(); }
-
-  int element(std::size_t i) const { return elements_[i]; }
-
-  MotionBox box(std::size_t i) const {
-    MotionBox box;
-    for (int axis = 0; axis < 4; ++axis) {
-      box.low[axis] = rows_[place(i, axis)];
-      box.high[axis] = rows_[place(i, 4 + axis)];
-    }
-    return box;
-  }
-
-  void add(int element, const MotionBox& box) {
-    const std::size_t i = size();
-    if (i % kContactLanes == 0) {
-      // What is not filled in meets nothing.
-      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, kNever);
-      rows_.resize(rows_.size() + kBoxRows * kContactLanes / 2, -kNever);
-    }
-    elements_.push_back(element);
-    for (int axis = 0; axis < 4; ++axis) {
-      rows_[place(i, axis)] = box.low[axis];
-      rows_[place(i, 4 + axis)] = box.high[axis];
-    }
-  }
-
-  /// Calls visit(element) for those from `first` on whose box meets the given one.
-  template <typename Visit>
-  void visitMeeting(
-      const MotionBox& box, std::size_t first, const ContactKernels& kernels, const Visit& visit) {
-    Eigen::Array<float, kBoxRows, 1> query;
-    query << box.low, box.high;
-    const std::size_t firstBlock = first / kContactLanes;
-    masks_.resize(rows_.size() / (kBoxRows * kContactLanes));
-    kernels.boxesMeeting(
-        rows_.data() + firstBlock * kBoxRows * kContactLanes,
-        static_cast<std::int32_t>(masks_.size() - firstBlock),
-        query.data(),
-        masks_.data() + firstBlock);
-    if (firstBlock < masks_.size())
-      masks_[firstBlock] &= ~0U << (first % kContactLanes);
-    for (std::size_t block = firstBlock; block < masks_.size(); ++block) {
-      for (std::uint32_t mask = masks_[block]; mask != 0; mask &= mask - 1)
-        visit(elements_[kContactLanes * block + at(std::countr_zero(mask))]);
-    }
-  }
-
- private:
-  static std::size_t place(std::size_t i, int row) {
-    return i / kContactLanes * kBoxRows * kContactLanes + at(row) * kContactLanes +
-           i % kContactLanes;
-  }
-
-  std::vector<int> elements_;
-  std::vector<float> rows_;
-  std::vector<std::uint32_t> masks_;
-};
 
 /// Mean unit normal of a patch, row 3 is 0; 0 when it has none.
 Eigen::Vector4f normalOf(
@@ -141,129 +41,6 @@ Eigen::Vector4f normalOf(
   normal.head<3>() = sum.normalized();
   return normal;
 }
-
-/// The elements (columns of vertex indices) of a patch that are near a box.
-template <typename Elements>
-BoxedElements elementsNear(
-    const Positions& x,
-    const Elements& elements,
-    const std::vector<int>& chosen,
-    const MotionBox& near) {
-  BoxedElements found;
-  for (const int e : chosen) {
-    const MotionBox box = boxOf(x, elements.col(e));
-    if (box.overlaps(near)) {
-      found.add(e, box);
-    }
-  }
-  return found;
-}
-
-/// Makes one list: pairs nearer than thickness + reach.
-class ListBuilder {
- public:
-  ListBuilder(
-      const ContactElements& elements,
-      const ContactKernels& kernels,
-      const Positions& x,
-      float thickness,
-      float reach)
-      : elements_(elements),
-        kernels_(kernels),
-        x_(x),
-        thickness_(thickness),
-        range_(thickness + reach) {}
-
-  /// Vertices of a against triangles of b, whose boxes are given.
-  void matchVertices(
-      const ContactPatch& a, const MotionBox& boxA, const ContactPatch& b, const MotionBox& boxB) {
-    BoxedElements faces = elementsNear(x_, elements_.faces, b.faces, boxA.widened(range_));
-    const MotionBox near = boxB.widened(range_);
-    for (const int v : a.vertices) {
-      const MotionBox point = {x_.col(v), x_.col(v)};
-      if (point.overlaps(near)) {
-        offerVertex(v, point.widened(range_), faces);
-      }
-    }
-  }
-
-  void matchEdges(
-      const ContactPatch& a, const MotionBox& boxA, const ContactPatch& b, const MotionBox& boxB) {
-    const bool same = &a == &b;
-    BoxedElements edges = elementsNear(x_, elements_.edges, a.edges, boxB.widened(range_));
-    if (same) {
-      for (std::size_t i = 0; i < edges.size(); ++i) {
-        offerEdge(edges.element(i), edges.box(i), edges, i + 1);
-      }
-      return;
-    }
-    BoxedElements others = elementsNear(x_, elements_.edges, b.edges, boxA.widened(range_));
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      offerEdge(edges.element(i), edges.box(i), others, 0);
-    }
-  }
-
-  std::vector<ListedPair> pairs;
-  std::vector<float> wakeUp;
-
- private:
-  void offerVertex(int v, const MotionBox& near, BoxedElements& faces) {
-    faces.visitMeeting(near, 0, kernels_, [&](int face) {
-      const auto f = elements_.faces.col(face);
-      offer(PairKind::kVertexTriangle, {v, f[0], f[1], f[2]});
-    });
-  }
-
-  /// Against others from `first` on.
-  void offerEdge(int edge, const MotionBox& box, BoxedElements& others, std::size_t first) {
-    const auto e = elements_.edges.col(edge);
-    others.visitMeeting(box.widened(range_), first, kernels_, [&](int other) {
-      const auto f = elements_.edges.col(other);
-      offer(PairKind::kEdgeEdge, {e[0], e[1], f[0], f[1]});
-    });
-  }
-
-  void offer(PairKind kind, const std::array<int, 4>& v) {
-    const bool joined = v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3];
-    if (joined || (kind == PairKind::kVertexTriangle && v[0] == v[1])) {
-      return;
-    }
-    const PairPoints<float> x = cornersAt(x_, v);
-    if (centresSeparate(kind, x)) {
-      return;
-    }
-    const ClosestPoints<float> closest = closestPoints(kind, x);
-    const float thickness = closest.distance < range_ ? thicknessOf(kind, v) : 0.0F;
-    if (thickness > 0.0F) {
-      pairs.push_back({kind, v, thickness, closest.normal});
-      wakeUp.push_back(closest.distance - thickness);
-    }
-  }
-
-  /// Whether the line through the centres shows that the elements are out of range. Most are.
-  bool centresSeparate(PairKind kind, const PairPoints<float>& x) const {
-    const Eigen::Vector3f line =
-        kind == PairKind::kVertexTriangle
-            ? Eigen::Vector3f(3.0F * x.col(0) - x.col(1) - x.col(2) - x.col(3))
-            : Eigen::Vector3f(x.col(0) + x.col(1) - x.col(2) - x.col(3));
-    return separation(kind, x, line) > kRoundUp * range_ * line.norm();
-  }
-
-  /// What is near at rest need not be kept farther apart than half of that.
-  float thicknessOf(PairKind kind, const std::array<int, 4>& v) const {
-    if (elements_.garments[at(v[0])] != elements_.garments[at(v[3])]) {
-      return thickness_;
-    }
-    return std::min(
-        thickness_, 0.5F * closestPoints(kind, cornersAt(elements_.restPositions, v)).distance);
-  }
-
-  const ContactElements& elements_;
-  const ContactKernels& kernels_;
-  const Positions& x_;
-  float thickness_;
-  float range_;
-};
 
 /// All wanted pairs of boxes that overlap, and each with itself, ascending: sweep along x.
 template <typename Wanted>
@@ -289,13 +66,42 @@ std::vector<std::pair<int, int>> overlappingPairs(
   return pairs;
 }
 
+/// Copies a patch with its coordinate along an axis as the fourth.
+void slant(
+    const Positions& from, const ContactPatch& patch, const Eigen::Vector4f& axis, Positions& to) {
+  for (const int v : patch.corners) {
+    to.col(v) = from.col(v);
+    to(3, v) = axis.dot(from.col(v));
+  }
+}
+
+/// The box around a patch's displacements.
+PatchMotion motionOf(const ContactPatch& patch, const Positions& start, const Positions& end) {
+  Eigen::Array4f low = (end.col(patch.corners[0]) - start.col(patch.corners[0])).array();
+  Eigen::Array4f high = low;
+  for (const int v : patch.corners) {
+    const Eigen::Array4f way = (end.col(v) - start.col(v)).array();
+    low = low.min(way);
+    high = high.max(way);
+  }
+  return {0.5F * (low + high), 0.5F * (high - low)};
+}
+
+/// The farthest that anything in one of them can move against anything in the other [m].
+float relativeMotion(const PatchMotion& a, const PatchMotion& b) {
+  return kRoundUp * ((a.middle - b.middle).abs() + a.extent + b.extent).matrix().norm();
+}
+
 }  // namespace
 
-ContactLists::ContactLists(const ContactElements& elements, const ContactListsOptions& options)
+ContactLists::ContactLists(
+    const ContactElements& elements, const ContactListsOptions& options, ThreadTeam& team)
     : elements_(elements),
+      team_(team),
       kernels_(wideKernelsSupported() ? wideContactKernels() : portableContactKernels()),
       options_(options),
-      motions_(elements.patches.size()) {
+      motions_(elements.patches.size()),
+      slanted_(at(team.size()), Positions::Zero(4, elements.numVertices())) {
   largestThickness_ = elements.thickness.size() > 0 ? elements.thickness.maxCoeff() : 0.0F;
 }
 
@@ -305,26 +111,18 @@ void ContactLists::clear() {
 }
 
 void ContactLists::measure(const Positions& start, const Positions& end) {
-  Eigen::Vector4f mean = Eigen::Vector4f::Zero();
-  for (std::size_t p = 0; p < motions_.size(); ++p) {
-    const std::vector<int>& corners = elements_.patches[p].corners;
-    Eigen::Vector4f sum = Eigen::Vector4f::Zero();
-    for (const int v : corners) {
-      sum += end.col(v) - start.col(v);
+  team_.runShares(motions_.size(), [&](std::size_t begin, std::size_t finish, int /*thread*/) {
+    for (std::size_t p = begin; p < finish; ++p) {
+      motions_[p] = motionOf(elements_.patches[p], start, end);
     }
-    sum /= static_cast<float>(corners.size());
-    float farthest = 0.0F;
-    for (const int v : corners) {
-      farthest = std::max(farthest, (end.col(v) - start.col(v) - sum).squaredNorm());
-    }
-    motions_[p] = {sum, kRoundUp * std::sqrt(farthest)};
-    mean += sum;
+  });
+  PatchMotion mean = {Eigen::Array4f::Zero(), Eigen::Array4f::Zero()};
+  for (const PatchMotion& motion : motions_) {
+    mean.middle += motion.middle / static_cast<float>(motions_.size());
   }
-  mean /= static_cast<float>(motions_.size());
   searchStep_ = 0.0F;
-  for (const Motion& motion : motions_) {
-    searchStep_ =
-        std::max(searchStep_, 2.0F * kRoundUp * ((motion.mean - mean).norm() + motion.radius));
+  for (const PatchMotion& motion : motions_) {
+    searchStep_ = std::max(searchStep_, 2.0F * relativeMotion(motion, mean));
   }
 }
 
@@ -337,7 +135,6 @@ bool ContactLists::wanted(int patch1, int patch2) const {
 void ContactLists::search(const Positions& start) {
   searchReach_ = std::max(kSearchReach, 2.0F * searchStep_);
   searchConsumed_ = 0.0F;
-  slanted_.resize(4, elements_.numVertices());
   normals_.clear();
   std::vector<MotionBox> boxes;
   for (const ContactPatch& patch : elements_.patches) {
@@ -365,16 +162,7 @@ float ContactLists::thicknessOf(const List& list) const {
       elements_.patches[at(list.patch1)].garment, elements_.patches[at(list.patch2)].garment);
 }
 
-void ContactLists::addCoordinate(
-    const Positions& x, const ContactPatch& patch, const Eigen::Vector4f& axis) {
-  for (const int v : patch.corners) {
-    slanted_.col(v) = x.col(v);
-    slanted_(3, v) = axis.dot(x.col(v));
-  }
-}
-
-void ContactLists::build(List& list, const Positions& start, ContactCounters& counters) {
-  ++counters.listBuilds;
+void ContactLists::build(List& list, const Positions& start, Positions& slanted) const {
   const ContactPatch& patch1 = elements_.patches[at(list.patch1)];
   const ContactPatch& patch2 = elements_.patches[at(list.patch2)];
   const float thickness = thicknessOf(list);
@@ -385,30 +173,24 @@ void ContactLists::build(List& list, const Positions& start, ContactCounters& co
   list.pairs.clear();
   list.wakeUp.clear();
   list.firstWakeUp = kNever;
-  addCoordinate(start, patch1, normals_[at(list.patch1)]);
-  addCoordinate(start, patch2, normals_[at(list.patch1)]);
-  const MotionBox box1 = boxOf(slanted_, patch1.corners);
-  const MotionBox box2 = boxOf(slanted_, patch2.corners);
-  const float apart = distanceBetween(box1, box2);
+  slant(start, patch1, normals_[at(list.patch1)], slanted);
+  slant(start, patch2, normals_[at(list.patch1)], slanted);
+  const float apart =
+      distanceBetween(boxOf(slanted, patch1.corners), boxOf(slanted, patch2.corners));
   if (apart >= thickness + list.reach) {
     list.reach = apart - thickness;
     return;
   }
-  ListBuilder builder(elements_, kernels_, slanted_, thickness, list.reach);
-  builder.matchVertices(patch1, box1, patch2, box2);
-  if (list.patch1 != list.patch2) {
-    builder.matchVertices(patch2, box2, patch1, box1);
-  }
-  builder.matchEdges(patch1, box1, patch2, box2);
-  list.pairs = std::move(builder.pairs);
-  list.wakeUp = std::move(builder.wakeUp);
+  FoundPairs found =
+      findPairs({elements_, kernels_, thickness, list.reach}, slanted, patch1, patch2);
+  list.pairs = std::move(found.pairs);
+  list.wakeUp = std::move(found.clearances);
   list.firstWakeUp =
       list.wakeUp.empty() ? kNever : *std::min_element(list.wakeUp.begin(), list.wakeUp.end());
-  counters.pairsListed += static_cast<std::int64_t>(list.pairs.size());
 }
 
-void ContactLists::wake(std::size_t index, std::vector<PairName>& awake) {
-  List& list = lists_[index];
+void ContactLists::wake(int index, std::vector<PairName>& awake) {
+  List& list = lists_[at(index)];
   const float limit = list.consumed + list.examined;
   if (list.firstWakeUp >= limit) {
     return;
@@ -418,7 +200,7 @@ void ContactLists::wake(std::size_t index, std::vector<PairName>& awake) {
     if (list.wakeUp[k] < limit) {
       list.wakeUp[k] = kNever;
       ++list.awake;
-      awake.push_back({static_cast<int>(index), static_cast<int>(k)});
+      awake.push_back({index, static_cast<int>(k)});
     }
     list.firstWakeUp = std::min(list.firstWakeUp, list.wakeUp[k]);
   }
@@ -437,35 +219,52 @@ bool ContactLists::collect(
     ++counters.patchSearches;
     search(start);
   }
-  for (std::size_t index = 0; index < lists_.size(); ++index) {
-    if (!collectFrom(index, start, awake, counters)) {
-      return false;
-    }
+  if (!examine()) {
+    return false;
+  }
+  buildUsedUp(start, counters);
+  for (const int index : examined_) {
+    wake(index, awake);
   }
   return true;
 }
 
-bool ContactLists::collectFrom(
-    std::size_t index,
-    const Positions& start,
-    std::vector<PairName>& awake,
-    ContactCounters& counters) {
-  List& list = lists_[index];
-  const Motion& motion1 = motions_[at(list.patch1)];
-  const Motion& motion2 = motions_[at(list.patch2)];
-  list.step = kRoundUp * ((motion1.mean - motion2.mean).norm() + motion1.radius + motion2.radius);
-  if (list.examined > 0.0F && list.step <= list.examined) {
-    return true;
-  }
-  list.examined = list.step + kHeadroom * thicknessOf(list);
-  if (list.consumed + list.examined > list.reach) {
-    if (list.awake > 0) {
-      return false;
+/// Which lists have to be looked at for the running step, and which of these are used up. False if
+/// there are awake pairs in the latter.
+bool ContactLists::examine() {
+  examined_.clear();
+  usedUp_.clear();
+  bool possible = true;
+  for (std::size_t index = 0; index < lists_.size(); ++index) {
+    List& list = lists_[index];
+    list.step = relativeMotion(motions_[at(list.patch1)], motions_[at(list.patch2)]);
+    if (list.examined > 0.0F && list.step <= list.examined) {
+      continue;
     }
-    build(list, start, counters);
+    list.examined = list.step + kHeadroom * thicknessOf(list);
+    examined_.push_back(static_cast<int>(index));
+    if (list.consumed + list.examined > list.reach) {
+      usedUp_.push_back(static_cast<int>(index));
+      possible = possible && list.awake == 0;
+    }
   }
-  wake(index, awake);
-  return true;
+  return possible;
+}
+
+void ContactLists::buildUsedUp(const Positions& start, ContactCounters& counters) {
+  if (usedUp_.empty()) {
+    return;
+  }
+  const auto share = [&](int thread) {
+    for (std::size_t k = at(thread); k < usedUp_.size(); k += at(team_.size())) {
+      build(lists_[at(usedUp_[k])], start, slanted_[at(thread)]);
+    }
+  };
+  team_.run(share);
+  counters.listBuilds += static_cast<std::int64_t>(usedUp_.size());
+  for (const int index : usedUp_) {
+    counters.pairsListed += static_cast<std::int64_t>(lists_[at(index)].pairs.size());
+  }
 }
 
 void ContactLists::sleep(const std::vector<PairName>& awake) {

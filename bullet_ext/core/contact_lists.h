@@ -2,11 +2,11 @@
 
 #include "bullet_ext/core/contact_elements.h"
 #include "bullet_ext/core/contact_kernels.h"
-#include "bullet_ext/core/continuous_collision.h"
+#include "bullet_ext/core/contact_list_builder.h"
+#include "bullet_ext/core/thread_team.h"
 
 #include <Eigen/Core>
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -20,8 +20,8 @@
 ///   a pair of patches which pairs of elements are near;  relative motion of the two patches
 ///   a pair of elements whether it is a contact;          the same
 /// Relative motion is measured from the real positions in every substep and again whenever they
-/// have been corrected. A patch's vertices move within a ball around the patch's mean displacement
-/// d with radius r, so elements of patches a and b move by at most |d_a − d_b| + r_a + r_b against
+/// have been corrected. The displacements of a patch's vertices are in a box m ± e, so elements of
+/// patches a and b move by at most the length of |m_a − m_b| + e_a + e_b (along each axis) against
 /// each other.
 namespace bullet_ext {
 
@@ -43,16 +43,6 @@ struct ContactCounters {
   bool operator==(const ContactCounters&) const = default;
 };
 
-/// A pair of elements that was near when its list was made.
-struct ListedPair {
-  PairKind kind = PairKind::kVertexTriangle;
-  std::array<int, 4> vertices = {};
-  float thickness = 0.0F;  ///< distance to keep [m]
-  /// Unit vector that separated the elements at the end of the last substep in which they were
-  /// looked at; 0: none known.
-  Eigen::Vector3f axis = Eigen::Vector3f::Zero();
-};
-
 /// Names a ListedPair: pair `index` of list `list`.
 struct PairName {
   int list = 0;
@@ -64,12 +54,16 @@ struct ContactListsOptions {
   bool between = true;  ///< pairs of different garments
 };
 
-using Positions = Eigen::Matrix4Xf;  ///< 4 × N [m], row 3 is 0
+/// What the vertices of a patch do in a substep: their displacements are within middle ± extent.
+struct PatchMotion {
+  Eigen::Array4f middle, extent;  ///< [m], the fourth is 0
+};
 
 class ContactLists {
  public:
-  /// The elements must outlive the lists.
-  ContactLists(const ContactElements& elements, const ContactListsOptions& options);
+  /// The elements and the team must outlive the lists. Same results for any number of threads.
+  ContactLists(
+      const ContactElements& elements, const ContactListsOptions& options, ThreadTeam& team);
 
   /// Forgets everything: positions have been changed from outside.
   void clear();
@@ -99,11 +93,6 @@ class ContactLists {
   void setClearance(const PairName& name, float clearance);
 
  private:
-  struct Motion {
-    Eigen::Vector4f mean;
-    float radius = 0.0F;
-  };
-
   struct List {
     int patch1 = 0, patch2 = 0;  ///< patch1 ≤ patch2
     float reach = -1.0F;         ///< relative motion after which it has to be made again [m]
@@ -120,22 +109,21 @@ class ContactLists {
   void search(const Positions& start);
   bool wanted(int patch1, int patch2) const;
   float thicknessOf(const List& list) const;
-  void build(List& list, const Positions& start, ContactCounters& counters);
-  void addCoordinate(const Positions& x, const ContactPatch& patch, const Eigen::Vector4f& axis);
-  bool collectFrom(
-      std::size_t list,
-      const Positions& start,
-      std::vector<PairName>& awake,
-      ContactCounters& counters);
-  void wake(std::size_t list, std::vector<PairName>& awake);
+  void build(List& list, const Positions& start, Positions& slanted) const;
+  bool examine();
+  void buildUsedUp(const Positions& start, ContactCounters& counters);
+  void wake(int list, std::vector<PairName>& awake);
 
   const ContactElements& elements_;
+  ThreadTeam& team_;
   const ContactKernels& kernels_;
   ContactListsOptions options_;
   float largestThickness_ = 0.0F;
-  std::vector<Motion> motions_;           ///< of the patches in the running substep
+  std::vector<PatchMotion> motions_;      ///< of the patches in the running substep
   std::vector<Eigen::Vector4f> normals_;  ///< of the patches at the last search
-  Positions slanted_;  ///< with a fourth coordinate; valid for the list that is being made
+  std::vector<int> examined_, usedUp_;    ///< lists, as found by examine()
+  /// Per thread, with a fourth coordinate; valid for the list that is being made.
+  std::vector<Positions> slanted_;
   float searchReach_ = -1.0F, searchConsumed_ = 0.0F, searchStep_ = 0.0F;  ///< as in List
   std::vector<List> lists_;  ///< ascending in (patch1, patch2)
 };

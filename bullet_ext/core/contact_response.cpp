@@ -36,6 +36,28 @@ Eigen::Vector4f frictionImpulse(Contact& contact, const Eigen::Vector4f& relativ
   return impulse;
 }
 
+/// How much to add to the push for what is missing [kg m]. Of equal corners none is moved more than
+/// 1.37 times as far as the point of contact. Beside pins the free one would have to move 1/w times
+/// as far, at any small weight w: so far it goes back where it came from, but isn't thrown.
+float neededPush(const Contact& contact, float missing, const SubstepMotion& motion) {
+  constexpr float kLargestShare = 1.5F;
+  float needed = missing / contact.inverseMass;
+  const float leverage = contact.mobilities.cwiseAbs().maxCoeff() / contact.inverseMass;
+  if (missing <= 0.0F || leverage <= kLargestShare) {
+    return needed;
+  }
+  for (int k = 0; k < 4; ++k) {
+    const int v = contact.vertices[static_cast<std::size_t>(k)];
+    const Eigen::Vector4f way = motion.end.col(v) - motion.start.col(v);
+    const float mobility = std::abs(contact.mobilities[k]);
+    const float side = contact.mobilities[k] > 0.0F ? 1.0F : -1.0F;
+    const float back = std::max(0.0F, -side * contact.normal.dot(way.head<3>()));
+    const float most = kLargestShare * missing + back;
+    needed = needed * mobility > most ? most / mobility : needed;
+  }
+  return needed;
+}
+
 }  // namespace
 
 Contact makeContact(
@@ -61,7 +83,7 @@ float sweep(std::vector<Contact>& contacts, SubstepMotion& motion) {
     }
     const Eigen::Vector4f end = combine(contact, motion.end);
     const float missing = contact.target - contact.normal.dot(end.head<3>());
-    const float push = std::max(0.0F, contact.push + missing / contact.inverseMass);
+    const float push = std::max(0.0F, contact.push + neededPush(contact, missing, motion));
     if (push == 0.0F && contact.push == 0.0F) {
       continue;
     }

@@ -65,8 +65,8 @@ Contact makeContact(
     const std::vector<float>& inverseMasses);
 
 /// One Gauss–Seidel sweep in the order of the contacts: end positions such that contacts reach
-/// their targets, pushing only, and Coulomb friction against the tangential motion since the start.
-/// Returns the largest correction [m].
+/// their targets, pushing only and throwing no corner beside pins, and Coulomb friction against the
+/// tangential motion since the start. Returns the largest correction [m].
 float sweep(std::vector<Contact>& contacts, SubstepMotion& motion);
 
 }  // namespace bullet_ext

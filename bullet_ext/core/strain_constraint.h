@@ -7,8 +7,8 @@
 
 namespace bullet_ext {
 
-/// limitStrain() for all cloths of a simulation after every substep. To be added before contacts,
-/// which have the last word.
+/// limitStrain() for all cloths of a simulation, at the same time, after every substep. To be added
+/// before contacts, which have the last word.
 class StrainConstraint final : public SubstepConstraint {
  public:
   /// Keeps a reference. Throws std::invalid_argument for invalid options.
@@ -20,8 +20,11 @@ class StrainConstraint final : public SubstepConstraint {
   void beginFrame(std::span<const ClothState> /*states*/, const FrameTiming& /*timing*/) override {}
 
   void resolve(std::span<ClothState> states, int /*substep*/) override {
-    for (std::size_t i = 0; i < states.size(); ++i)
-      limitStrain(simulation_.mesh(static_cast<int>(i)), states[i], options_);
+    ThreadTeam& team = simulation_.team();
+    team.run([&](int thread) {
+      for (int i = thread; i < static_cast<int>(states.size()); i += team.size())
+        limitStrain(simulation_.mesh(i), states[static_cast<std::size_t>(i)], options_);
+    });
   }
 
  private:

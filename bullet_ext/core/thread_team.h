@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -27,6 +28,16 @@ class ThreadTeam {
   /// Calls task(0) … task(size − 1), shared out among the threads, and returns when all are done.
   /// Rethrows the exception of the lowest index that threw. Not reentrant.
   void run(const std::function<void(int)>& task);
+
+  /// Calls task(begin, end, thread) for equal shares of 0 … count, one per thread.
+  template <typename Task>
+  void runShares(std::size_t count, const Task& task) {
+    const auto threads = static_cast<std::size_t>(size());
+    run([&](int thread) {
+      const auto t = static_cast<std::size_t>(thread);
+      task(count * t / threads, count * (t + 1) / threads, thread);
+    });
+  }
 
  private:
   void work();

@@ -198,6 +198,42 @@ TEST(CaptureWorld, GarmentsLieOnEachOther) {
   EXPECT_NEAR(world.vertices(1).row(1).mean(), 0.008, 0.0015);
 }
 
+TEST(CaptureWorld, AnyNumberOfThreadsGivesTheSameBytes) {
+  struct Outcome {
+    Matrix3Xd lower, upper, velocities;
+    ContactCounts body;
+    ContactCounters cloth;
+
+    bool operator==(const Outcome&) const = default;
+  };
+
+  const auto run = [](int threads) {
+    FloorScene scene(0.006);
+    scene.setup.garments.push_back(garmentOf(levelSheet(12, 12, 0.02, 0.012), 1));
+    scene.setup.garmentContact = scene.setup.selfContact = true;
+    scene.setup.strainLimit = StrainLimitOptions{};
+    scene.setup.simulation.stepper.threads = threads;
+    CaptureWorld world(scene.setup);
+    for (int frame = 0; frame < 5; ++frame) {
+      Matrix3Xd body = scene.floor.vertices;  // a wave runs through it
+      for (auto vertex : body.colwise())
+        vertex.y() += 0.01 * std::sin(20.0 * vertex.x() + frame);
+      world.step(body, kCaptureFrame, 60);
+    }
+    return Outcome{
+        world.vertices(0),
+        world.vertices(1),
+        world.velocities(1),
+        world.bodyContact()->counts(),
+        world.clothContact()->counters()};
+  };
+  const Outcome one = run(1);
+  EXPECT_GT(one.body.contacts, 100);
+  EXPECT_GT(one.cloth.contacts, 1000);
+  for (const int threads : {2, 3})
+    EXPECT_TRUE(run(threads) == one) << threads;
+}
+
 TEST(CaptureWorld, RaysMeetTheNearest) {
   FloorScene scene(0.1);
   scene.setup.gravity.setZero();

@@ -1,5 +1,6 @@
 #include "bullet_ext/core/cloth_contact.h"
 
+#include "bullet_ext/core/contact_response.h"
 #include "tests/bullet_ext/core/contact_scenes.h"
 
 #include <Eigen/Geometry>
@@ -132,6 +133,46 @@ void makeSlide(ContactScene& scene, double speed, double tilt, double friction) 
 
 double meanSpeed(ContactScene& scene) {
   return scene.states()[1].velocities.row(0).cast<double>().mean();
+}
+
+/// A pinned vertex above a triangle of which only the last corner is free, with this weight.
+struct PinnedPair {
+  std::vector<Contact> contacts;
+  SubstepMotion motion;
+
+  PinnedPair(float weight, float distance, float target) {
+    motion.start.setZero(4, 4);
+    motion.start.col(1).head<3>() << -1.0F, 0.0F, 1.0F;
+    motion.start.col(2).head<3>() << -1.0F, 0.0F, -1.0F;
+    motion.start.col(3).head<3>() << 1.0F, 0.0F, 0.0F;
+    motion.start.col(0).head<3>() << 2.0F * weight - 1.0F, distance, 0.0F;
+    motion.end = motion.start;
+    const ClosestPoints<float> closest =
+        closestPoints(PairKind::kVertexTriangle, cornersAt(motion.start, {0, 1, 2, 3}));
+    contacts.push_back(
+        makeContact(PairKind::kVertexTriangle, {0, 1, 2, 3}, closest, {0.0F, 0.0F, 0.0F, 1e3F}));
+    contacts[0].target = target;
+  }
+};
+
+TEST(ClothContact, aFreeCornerBesidePinsIsNotThrown) {
+  for (const float weight : {0.01F, 0.1F, 0.9F}) {
+    PinnedPair pair(weight, 0.002F, 0.003F);
+    sweep(pair.contacts, pair.motion);
+    const float moved = -pair.motion.end(1, 3);
+    EXPECT_GT(moved, 0.0009F);  // down by what is missing, 1 mm,
+    EXPECT_LT(moved, 0.0016F);  // and not by 1/weight times as much
+    EXPECT_EQ(pair.motion.end.leftCols(3), pair.motion.start.leftCols(3));
+  }
+}
+
+TEST(ClothContact, aFreeCornerBesidePinsIsStopped) {
+  for (const float weight : {0.01F, 0.1F, 0.9F}) {
+    PinnedPair pair(weight, 0.002F, 0.002F);
+    pair.motion.end(1, 3) = 0.1F;  // swings up
+    sweep(pair.contacts, pair.motion);
+    EXPECT_NEAR(pair.motion.end(1, 3), 0.0F, 5e-5F);  // where it came from: float, by 1/weight
+  }
 }
 
 TEST(ClothContact, slidingIsBrakedByCoulombFriction) {
