@@ -104,8 +104,11 @@ void BodyContact::beginFrame(const ClothState& state, double substepDuration, in
       "body contact: the substeps must last as long as the surface's frame");
   substepDuration_ = substepDuration;
   numSubsteps_ = numSubsteps;
+  // On a surface that stands still nothing that was proved depends on time.
+  const bool holds = surface_.stillStands() && lastFrame_ >= surface_.numFrames() - 1;
+  lastFrame_ = surface_.numFrames();
   for (ContactGroup& group : groups_) {
-    group.stale = true;
+    group.stale = group.stale || !holds;
   }
   // Moved by somebody else since the last frame, by more than what stays outside.
   const auto limit = static_cast<float>(0.5 * options_.thickness);
@@ -120,7 +123,9 @@ void BodyContact::beginFrame(const ClothState& state, double substepDuration, in
 
 void BodyContact::forget(Eigen::Index vertex) {
   const Eigen::Index lane = vertex % kContactLanes;
-  groups_[at(vertex / kContactLanes)].unproven |= 1U << static_cast<unsigned>(lane);
+  ContactGroup& group = groups_[at(vertex / kContactLanes)];
+  group.unproven |= 1U << static_cast<unsigned>(lane);
+  group.stale = true;
   for (auto& axis : clusters_[at(vertex / kContactLanes)].push) {
     axis[lane] = 0.0F;
   }

@@ -102,6 +102,7 @@ class BodyContact {
   const ContactKernels& kernels_;
   double substepDuration_ = 0.0;
   int numSubsteps_ = 0;
+  int lastFrame_ = 0;  ///< of the surface: its number
   std::vector<ContactGroup> groups_;
   CacheLineVector<ContactCluster> clusters_;
   Eigen::Matrix4Xf lastPositions_;  ///< 4 × N after the last frame; NaN: unknown

@@ -90,11 +90,18 @@ void BodySurface::setFrame(
   if (!(duration >= 1e-7 && duration <= 1e3)) {
     throw std::invalid_argument("body surface: a frame's duration must be within [1e-7, 1e3] s");
   }
+  const bool stood = numFrames_ > 0 && velocities_.isZero(0.0F);
+  stillStands_ = stood && start == end && start.cast<float>() == start_;
+  duration_ = static_cast<float>(duration);
+  if (stillStands_) {
+    continuesLastFrame_ = true;
+    ++numFrames_;
+    return;
+  }
   start_ = start.cast<float>();
   continuesLastFrame_ = numFrames_ > 0 && (start_ - end_).cwiseAbs().maxCoeff() <= 1e-5F;
   end_ = end.cast<float>();
   velocities_ = ((end - start) / duration).cast<float>();
-  duration_ = static_cast<float>(duration);
   ++numFrames_;
   packTriangles();
   findTraits();

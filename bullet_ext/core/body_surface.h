@@ -49,6 +49,10 @@ class BodySurface {
   /// Whether the frame starts where the one before ended, to 1e-5 m.
   bool continuesLastFrame() const { return continuesLastFrame_; }
 
+  /// Whether the surface stands still as it did in the frame before, at the same place: whatever
+  /// was known about it then still holds.
+  bool stillStands() const { return stillStands_; }
+
   float duration() const { return duration_; }  ///< [s]
 
   const Eigen::Matrix3Xi& faces() const { return faces_; }
@@ -107,6 +111,7 @@ class BodySurface {
   float duration_ = 0.0F;
   int numFrames_ = 0;
   bool continuesLastFrame_ = false;
+  bool stillStands_ = false;
   CacheLineVector<float> triangles_;
   std::vector<std::uint8_t> traits_;
   std::vector<MovingBox> boxes_;

@@ -132,23 +132,30 @@ void ClothStepper::stepWide(
       .duration = static_cast<float>(substep_.duration),
       .forwardEuler = substep_.integrator == Integrator::kForwardEuler};
   const auto stepDomain = [&](int index) {
-    const WideDomain& domain = domains_[static_cast<std::size_t>(index)].domain();
-    if (!externalForces.empty()) {
-      addExternalForces(state, externalForces, {domain.vertexBegin, domain.vertexEnd});
-    }
-    computeWideForces(domain, substep.positions, mesh_.material.limitCompressedTorsion);
-    integrateWide(domain, substep);
+    this->stepDomain(index, substep, state, externalForces);
   };
   if (team_ != nullptr) {
-    team_->run([&](int thread) {
-      if (static_cast<std::size_t>(thread) < domains_.size()) {
-        stepDomain(thread);
-      }
-    });
+    team_->run(stepDomain);
     state.positions.swap(nextPositions_);
   } else {
     stepDomain(0);
   }
+}
+
+void ClothStepper::stepDomain(
+    int index,
+    const WideSubstep& substep,
+    const ClothState& state,
+    std::span<const ExternalForce* const> externalForces) {
+  if (static_cast<std::size_t>(index) >= domains_.size()) {
+    return;  // a team may have more threads than there are domains
+  }
+  const WideDomain& domain = domains_[static_cast<std::size_t>(index)].domain();
+  if (!externalForces.empty()) {
+    addExternalForces(state, externalForces, {domain.vertexBegin, domain.vertexEnd});
+  }
+  computeWideForces(domain, substep.positions, mesh_.material.limitCompressedTorsion);
+  integrateWide(domain, substep);
 }
 
 void ClothStepper::integrate(ClothState& state) const {

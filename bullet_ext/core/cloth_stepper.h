@@ -55,6 +55,11 @@ class ClothStepper final : public ClothIntegrator {
  private:
   void stepPortable(ClothState& state, std::span<const ExternalForce* const> externalForces);
   void stepWide(ClothState& state, std::span<const ExternalForce* const> externalForces);
+  void stepDomain(
+      int index,
+      const WideSubstep& substep,
+      const ClothState& state,
+      std::span<const ExternalForce* const> externalForces);
   void addExternalForces(
       const ClothState& state,
       std::span<const ExternalForce* const> externalForces,

@@ -288,6 +288,28 @@ TEST(BodyContact, restsAtTheThickness) {
   }
 }
 
+TEST(BodyContact, keepsWhatItKnowsOfASurfaceThatStandsStill) {
+  Scene resting = inclinedPlane(0.0, 0.3);
+  std::vector<std::int64_t> rebuilds;
+  resting.run(4, [&](int substep) {
+    if (substep == resting.substepsPerFrame - 1) {
+      rebuilds.push_back(resting.counts.listRebuilds);
+    }
+  });
+  EXPECT_GT(rebuilds.front(), 0);
+  EXPECT_EQ(rebuilds.back(), rebuilds.front());
+
+  const TriangleMesh figure = test::figureAt(0.0, {});
+  Scene falling = sceneOf(test::tightTube(20, 10, 0.001), figure, [figure](double /*time*/) {
+    return figure.vertices;
+  });
+  falling.options.slack = 0.0;
+  falling.substepsPerFrame = 25;
+  const Difference difference = differenceFromSlow(falling, 6);
+  EXPECT_GT(difference.contacts, 100);
+  EXPECT_LT(difference.position, 1e-6);  // float, as above
+}
+
 TEST(BodyContact, frictionTakesNoMoreMomentumThanCoulombAllows) {
   Scene scene = inclinedPlane(0.0, 0.3);
   scene.state.velocities.row(0).setConstant(1.0F);
