@@ -61,25 +61,36 @@ class EdgeStrain {
   Eigen::VectorXd restLengths_;  // [m]
 };
 
-/// Vertices of garments under the skin, over all frames.
+/// Vertices of garments under the skin, that is surrounded by it, over all frames. A posed body
+/// intersects itself: in an armpit the skin that is nearest may have been pushed out of the back
+/// and face the other way, with the cloth in plain air.
 class Penetration {
  public:
-  explicit Penetration(const avatar::MeshView& body) : skin_(body) {}
+  explicit Penetration(const avatar::MeshView& body)
+      : vertices_(body.vertices), faces_(body.faces), skin_(body) {}
 
   /// The skin of the coming frame, 3 × V [m].
-  void moveBody(const Eigen::Matrix3Xd& vertices) { skin_.refit(vertices); }
+  void moveBody(const Eigen::Matrix3Xd& vertices) {
+    vertices_ = vertices;
+    skin_.refit(vertices);
+  }
 
   void add(const Eigen::Matrix3Xd& cloth);
 
-  std::int64_t vertices() const { return vertices_; }  ///< looked at
+  std::int64_t vertices() const { return count_; }  ///< looked at
 
   std::int64_t inside() const { return inside_; }
 
-  double deepest() const { return deepest_; }  ///< [m]
+  double deepest() const { return deepest_; }  ///< from the nearest skin [m]
 
  private:
+  bool isUnderSkin(
+      const Eigen::Vector3d& vertex, const avatar::SignedDistanceResult& nearest) const;
+
+  Eigen::Matrix3Xd vertices_;  // of the body
+  Eigen::Matrix3Xi faces_;
   avatar::SignedDistance skin_;
-  std::int64_t vertices_ = 0;
+  std::int64_t count_ = 0;
   std::int64_t inside_ = 0;
   double deepest_ = 0.0;
 };

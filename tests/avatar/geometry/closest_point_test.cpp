@@ -1,5 +1,6 @@
 #include "avatar/geometry/closest_point.h"
 
+#include "avatar/geometry/winding_number.h"
 #include "tests/support/primitive_meshes.h"
 
 #include <Eigen/QR>
@@ -235,6 +236,33 @@ TEST(SignedDistance, RefitFollowsTheSurface) {
     const Eigen::Vector3d query = 2.0 * noise.nextPoint();
     EXPECT_NEAR(distance(query).distance, 2.0 * cubeDistance(0.5 * query), 1e-14);
   }
+}
+
+TEST(WindingNumber, CountsHowManyOfTwoBallsSurroundAPoint) {
+  constexpr double kRadius = 0.5;
+  constexpr double kFacets =
+      0.002;  // icosahedron after 4 halvings: edges 0.04, sag 0.04² / 8 / 0.5
+  const TriangleMesh ball = test::icosphere(kRadius, 4);
+  const Eigen::Vector3d shift(0.3, 0.2, 0.1);
+  TriangleMesh both;
+  both.vertices.resize(3, 2 * ball.numVertices());
+  both.vertices << ball.vertices, ball.vertices.colwise() + shift;
+  both.faces.resize(3, 2 * ball.numFaces());
+  both.faces << ball.faces, ball.faces.array() + static_cast<int>(ball.numVertices());
+  const TriangleBvh bvh(both);
+  Noise noise(47);
+  int overlapping = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Vector3d point = noise.nextPoint();
+    if (bvh.closestPoint(point).squaredDistance < kFacets * kFacets)
+      continue;
+    const int expected =
+        (point.norm() < kRadius ? 1 : 0) + ((point - shift).norm() < kRadius ? 1 : 0);
+    EXPECT_NEAR(windingNumber(both, point), expected, 1e-12);
+    EXPECT_EQ(rayWindingNumber(both, bvh, point, noise.nextPoint()), expected);
+    overlapping += expected == 2 ? 1 : 0;
+  }
+  EXPECT_GT(overlapping, 5);
 }
 
 }  // namespace

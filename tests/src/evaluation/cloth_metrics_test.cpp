@@ -76,5 +76,27 @@ TEST(Penetration, CountsWhatIsUnderTheSkin) {
   EXPECT_NEAR(penetration.deepest(), 0.52, 0.006);
 }
 
+TEST(Penetration, IsWhatABodyThatOverlapsItselfSurrounds) {
+  // A ring whose tube overlaps itself about the axis. Between the overlap (radius 0.2) and the
+  // tube's centre line the nearest skin faces the point, which is inside all the same.
+  const avatar::TriangleMesh ring = avatar::test::torus(0.3, 0.5, 64, 48);
+  Penetration inRing(ring);
+  inRing.add(Eigen::Vector3d(0.23, 0.0, 0.0));
+  EXPECT_EQ(inRing.inside(), 1);
+  EXPECT_NEAR(inRing.deepest(), 0.03, 0.005);
+
+  // A ball whose lowest vertex is drawn out through its top: beside that spike, the nearest skin
+  // faces away from a point in plain air.
+  avatar::TriangleMesh ball = avatar::test::icosphere(0.5, 3);
+  Eigen::Index lowest = 0;
+  ball.vertices.row(1).minCoeff(&lowest);
+  ball.vertices.col(lowest) << 0.0, 1.0, 0.0;
+  const Eigen::Vector3d beside(0.03, 0.9, 0.0);
+  ASSERT_LT(avatar::SignedDistance(ball)(beside).distance, 0.0);
+  Penetration besideSpike(ball);
+  besideSpike.add(beside);
+  EXPECT_EQ(besideSpike.inside(), 0);
+}
+
 }  // namespace
 }  // namespace simulcap
