@@ -8,7 +8,9 @@
 namespace bullet_ext {
 
 /// limitStrain() for all cloths of a simulation, at the same time, after every substep. To be added
-/// before contacts, which have the last word.
+/// before contacts, which have the last word: springs are shortened at half the speed at most at
+/// which contact lifts what it is to lift (BodyContactOptions::recoverySpeed), as a vertex has two
+/// springs in line. A sleeve too tight for an arm would be drawn through it otherwise.
 class StrainConstraint final : public SubstepConstraint {
  public:
   /// Keeps a reference. Throws std::invalid_argument for invalid options.
@@ -17,7 +19,9 @@ class StrainConstraint final : public SubstepConstraint {
     options_.validate();
   }
 
-  void beginFrame(std::span<const ClothState> /*states*/, const FrameTiming& /*timing*/) override {}
+  void beginFrame(std::span<const ClothState> /*states*/, const FrameTiming& timing) override {
+    options_.longestPull = kPullSpeed * timing.substepDuration();
+  }
 
   void resolve(std::span<ClothState> states, int /*substep*/) override {
     ThreadTeam& team = simulation_.team();
@@ -28,6 +32,8 @@ class StrainConstraint final : public SubstepConstraint {
   }
 
  private:
+  static constexpr double kPullSpeed = 0.5;  // [m/s]
+
   const ClothSimulation& simulation_;
   StrainLimitOptions options_;
 };

@@ -25,7 +25,9 @@ void pullBack(
 }
 
 /// One pass over all springs; returns how many were too long.
-int pullBackAll(const ClothMesh& mesh, ClothState& state, float largestRatio) {
+int pullBackAll(const ClothMesh& mesh, ClothState& state, const StrainLimitOptions& options) {
+  const auto largestRatio = static_cast<float>(1.0 + options.limit);
+  const auto longestPull = static_cast<float>(options.longestPull);
   int pulled = 0;
   for (Eigen::Index s = 0; s < mesh.springs.cols(); ++s) {
     const int a = mesh.springs(0, s);
@@ -34,7 +36,8 @@ int pullBackAll(const ClothMesh& mesh, ClothState& state, float largestRatio) {
     const float longest = largestRatio * static_cast<float>(mesh.springRestLengths[s]);
     const float squared = edge.squaredNorm();
     if (squared > longest * longest && !(mesh.isPinned(a) && mesh.isPinned(b))) {
-      pullBack(mesh, state, s, (1.0F - longest / std::sqrt(squared)) * edge);
+      const float length = std::sqrt(squared);
+      pullBack(mesh, state, s, (std::min(length - longest, longestPull) / length) * edge);
       ++pulled;
     }
   }
@@ -50,6 +53,9 @@ void StrainLimitOptions::validate() const {
   if (passes < 1 || passes > 100) {
     throw std::invalid_argument("StrainLimitOptions: passes must be within [1, 100]");
   }
+  if (!(longestPull > 0.0)) {
+    throw std::invalid_argument("StrainLimitOptions: longestPull must be above 0");
+  }
 }
 
 int limitStrain(const ClothMesh& mesh, ClothState& state, const StrainLimitOptions& options) {
@@ -60,7 +66,7 @@ int limitStrain(const ClothMesh& mesh, ClothState& state, const StrainLimitOptio
   }
   int pulled = 0;
   for (int pass = 0; pass < options.passes; ++pass) {
-    pulled = pullBackAll(mesh, state, static_cast<float>(1.0 + options.limit));
+    pulled = pullBackAll(mesh, state, options);
   }
   return pulled;
 }

@@ -3,6 +3,8 @@
 #include "bullet_ext/core/cloth_mesh.h"
 #include "bullet_ext/core/cloth_state.h"
 
+#include <limits>
+
 namespace bullet_ext {
 
 struct StrainLimitOptions {
@@ -10,6 +12,8 @@ struct StrainLimitOptions {
   double limit = 0.1;
   int passes =
       1;  ///< over all springs, 1 … 100; one, as Provot has it, leaves a part of the excess
+  /// By which a spring is shortened in one pass at most [m], above 0.
+  double longestPull = std::numeric_limits<double>::infinity();
 
   /// Throws std::invalid_argument that names the field outside its range.
   void validate() const;

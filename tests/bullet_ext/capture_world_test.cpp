@@ -1,6 +1,7 @@
 #include "bullet_ext/capture_world.h"
 
 #include "tests/bullet_ext/bullet_world.h"
+#include "tests/bullet_ext/core/moving_bodies.h"
 
 #include <gtest/gtest.h>
 
@@ -232,6 +233,35 @@ TEST(CaptureWorld, AnyNumberOfThreadsGivesTheSameBytes) {
   EXPECT_GT(one.cloth.contacts, 1000);
   for (const int threads : {2, 3})
     EXPECT_TRUE(run(threads) == one) << threads;
+}
+
+/// An upright trunk of 48 sides that closes at its ends.
+test::TriangleMesh trunk(double radius) {
+  return test::closedTube(
+      48,
+      30,
+      [](double s) { return Vector3d(0.0, 0.4 * s - 0.2, 0.0); },
+      [&](double s) { return radius * std::sqrt(1.0 - std::pow(2.0 * s - 1.0, 8.0)); });
+}
+
+TEST(CaptureWorld, AStrainLimitDrawsNoTightClothUnderTheSkin) {
+  constexpr double kLastRadius = 0.125;  // stretches the band by a fifth, four times its limit
+  test::TriangleMesh band = avatar::test::cylinder(0.106, 0.08, 40, 5);
+  band.vertices.row(1).swap(band.vertices.row(2));
+  band.vertices.row(1).array() -= 0.04;
+  CaptureSetup setup;
+  setup.garments.push_back({.vertices = band.vertices, .faces = band.faces});
+  setup.bodyFaces = trunk(0.1).faces;
+  setup.numBodyVertices = trunk(0.1).numVertices();
+  setup.strainLimit = StrainLimitOptions{.limit = 0.05};
+  CaptureWorld world(setup);
+  for (int frame = 0; frame <= 15; ++frame) {
+    const double radius = std::min(kLastRadius, 0.1 + 0.0025 * frame);  // 75 mm/s, then still
+    ASSERT_TRUE(world.step(trunk(radius).vertices, kCaptureFrame, 100).stable);
+    const Matrix3Xd vertices = world.vertices(0);
+    for (const auto& vertex : vertices.colwise())
+      EXPECT_GT(std::hypot(vertex.x(), vertex.z()), radius * std::cos(test::kPi / 48.0));
+  }
 }
 
 TEST(CaptureWorld, RaysMeetTheNearest) {

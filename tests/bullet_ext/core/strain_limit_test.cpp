@@ -99,6 +99,13 @@ TEST(StrainLimit, doesNothingWithinTheLimit) {
   EXPECT_EQ(state.positions, stretched(mesh).positions);
 }
 
+TEST(StrainLimit, pullsNoFartherThanItMay) {
+  const ClothMesh mesh = triangle();
+  ClothState state = stretched(mesh);
+  EXPECT_EQ(limitStrain(mesh, state, {.longestPull = 0.002}), 1);
+  EXPECT_NEAR(state.positions(0, 1) - state.positions(0, 0), 0.118F, 2e-8F);  // 0.12 m, not 0.11
+}
+
 TEST(StrainLimit, morePassesLeaveLess) {
   const test::Sheet sheet = equilateralSheet(8, 8, 0.02);
   const ClothMesh mesh = clothOf(sheet, {}, {.pins = {0, 7, 56, 63}});
@@ -144,6 +151,7 @@ TEST(StrainLimit, refusesWhatDoesNotFit) {
   ClothState state = restState(mesh);
   EXPECT_THROW(limitStrain(mesh, state, {.limit = 0.0}), std::invalid_argument);
   EXPECT_THROW(limitStrain(mesh, state, {.passes = 0}), std::invalid_argument);
+  EXPECT_THROW(limitStrain(mesh, state, {.longestPull = 0.0}), std::invalid_argument);
   state.positions.resize(4, 2);
   EXPECT_THROW(limitStrain(mesh, state), std::invalid_argument);
 }
