@@ -82,6 +82,7 @@ PerformanceLayout CaptureOutput::layout() const {
   PerformanceLayout layout;
   layout.framesPerSecond = setup_.framesPerSecond;
   layout.betas = setup_.avatar.body.betas;
+  layout.jointDeviations = setup_.tracked;
   for (const avatar::Garment& garment : setup_.avatar.garments)
     layout.garments.push_back(
         {garment.name, static_cast<int>(garment.mesh.numVertices()), garment.mesh.faces});
@@ -121,6 +122,11 @@ void CaptureOutput::keepPicture(const TrackedFrame& frame) {
 void CaptureOutput::add(
     const TrackedFrame& frame, const CaptureResult& result, const avatar::Camera& camera) {
   PerformanceFrame row{.pose = result.pose, .garments = {}, .recordingIndex = frame.picture.index};
+  std::transform(
+      frame.observed.body.jointDeviation.begin(),
+      frame.observed.body.jointDeviation.end(),
+      row.jointDeviations.begin(),
+      [](double deviation) { return static_cast<float>(deviation); });
   for (const CapturedGarment& garment : result.garments)
     row.garments.push_back({garment.vertices.cast<float>(), garment.provenance});
   if (!performance_)

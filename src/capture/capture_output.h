@@ -29,6 +29,7 @@ struct CaptureOutputSetup {
   int numFrames = 0;            ///< that are expected
   bool resume = false;          ///< go on where an interrupted capture stood, if there is one
   int checkpointInterval = 20;  ///< frames that an interruption may cost, ≥ 1
+  bool tracked = false;         ///< frames tell how far off each joint may be
 };
 
 /// Captured frames on their way into the output folder: avatar.glb at the beginning;

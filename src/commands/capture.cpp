@@ -184,7 +184,8 @@ CaptureOutput openOutput(
        frames.info().framesPerSecond,
        frames.numFrames(),
        options.resume,
-       options.checkpointInterval}};
+       options.checkpointInterval,
+       options.person.poses.empty()}};
 }
 
 /// In the world that the first frame has defined, where an interrupted capture stood.

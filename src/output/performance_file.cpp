@@ -98,6 +98,8 @@ std::vector<PerformanceWriter::Part> PerformanceWriter::parts() const {
       {"poses", {Type::kFloat64, {kPoseSize}}},
       {"trans", {Type::kFloat64, {3}}},
       {"frame_index", {Type::kInt32, {}}}};
+  if (layout_.jointDeviations)
+    parts.push_back({"joint_deviation", {Type::kFloat32, {avatar::kNumSmplJoints}}});
   for (const PerformanceLayout::Garment& garment : layout_.garments) {
     parts.push_back({"garment_" + garment.name, {Type::kFloat32, {garment.numVertices, 3}}});
     parts.push_back({"provenance_" + garment.name, {Type::kUint8, {garment.numVertices}}});
@@ -188,6 +190,8 @@ void PerformanceWriter::append(const PerformanceFrame& frame) {
       static_cast<std::int32_t>(frame.recordingIndex >= 0 ? frame.recordingIndex : numFrames_);
   std::vector<const void*> rows = {
       frame.pose.jointRotations.data(), frame.pose.translation.data(), &index};
+  if (layout_.jointDeviations)
+    rows.push_back(frame.jointDeviations.data());
   for (const PerformanceFrame::Garment& garment : frame.garments) {
     rows.push_back(garment.vertices.data());
     rows.push_back(garment.provenance.data());

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct PerformanceLayout {
   double framesPerSecond = 30.0;
   Eigen::VectorXd betas;  ///< shape of the body; may be empty
   std::vector<Garment> garments;
+  bool jointDeviations = false;  ///< frames have them: their body was tracked
 };
 
 struct PerformanceFrame {
@@ -34,6 +36,9 @@ struct PerformanceFrame {
   std::vector<Garment> garments;  ///< in the layout's order
   /// Number within the recording that was captured, which may lack frames; −1: its own row.
   int recordingIndex = -1;
+  /// How far each joint may be from its place [m], infinite where nobody knows; written where the
+  /// layout has them.
+  std::array<float, avatar::kNumSmplJoints> jointDeviations = {};
 };
 
 enum class PerformanceStart {
@@ -43,9 +48,9 @@ enum class PerformanceStart {
 
 /// Writes performance.npz frame by frame: AMASS's keys (poses, trans, betas, mocap_framerate,
 /// up_axis) with frame_index (T) int32, the
-/// frames' numbers within the recording, and, per garment, garment_<name> (T, V, 3) float32,
-/// provenance_<name> (T, V) uint8 and faces_<name> (F, 3) int32. Memory doesn't grow with the
-/// frames.
+/// frames' numbers within the recording, joint_deviation (T, 24) float32 where there are any, and,
+/// per garment, garment_<name> (T, V, 3) float32, provenance_<name> (T, V) uint8 and faces_<name>
+/// (F, 3) int32. Memory doesn't grow with the frames.
 ///
 /// Until finish() the arrays lie in the folder PATH.parts; the file appears at its end, whole, and
 /// the folder goes. A run that ends before leaves the folder, with every frame that was appended,

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -39,7 +40,8 @@ PerformanceLayout layout(int numVertices = 5) {
   return {
       .framesPerSecond = 29.97,
       .betas = Eigen::Vector3d(0.5, -1.0, 2.0),
-      .garments = {{"upper", numVertices, strip(numVertices)}, {"lower", 3, strip(3)}}};
+      .garments = {{"upper", numVertices, strip(numVertices)}, {"lower", 3, strip(3)}},
+      .jointDeviations = true};
 }
 
 /// Any frame, another for every index.
@@ -48,6 +50,9 @@ PerformanceFrame frameAt(int index, const PerformanceLayout& of) {
   PerformanceFrame frame;
   frame.pose.jointRotations = 0.1 * avatar::test::randomMatrix(noise, 72, 1);
   frame.pose.translation = avatar::test::randomMatrix(noise, 3, 1);
+  for (float& deviation : frame.jointDeviations)
+    deviation = static_cast<float>(std::abs(noise.next()));
+  frame.jointDeviations.back() = std::numeric_limits<float>::infinity();
   for (const auto& garment : of.garments) {
     auto& cloth = frame.garments.emplace_back();
     cloth.vertices = avatar::test::randomMatrix(noise, 3, garment.numVertices).cast<float>();
@@ -96,7 +101,7 @@ TEST_F(PerformanceFile, ReadsBackBitForBit) {
   EXPECT_EQ(writer.numFrames(), kFrames);
   writer.finish();
   const avatar::NpzArrays arrays = avatar::readNpz(path_);
-  EXPECT_EQ(arrays.size(), 12U);
+  EXPECT_EQ(arrays.size(), 13U);
   EXPECT_EQ(arrays.at("poses").shapeText(), "(7, 72)");
   EXPECT_EQ(arrays.at("trans").shapeText(), "(7, 3)");
   EXPECT_EQ(arrays.at("garment_upper").shapeText(), "(7, 5, 3)");
@@ -113,6 +118,7 @@ TEST_F(PerformanceFile, ReadsBackBitForBit) {
     const PerformanceFrame frame = frameAt(i, layout());
     expectRow(arrays.at("poses"), i, frame.pose.jointRotations.data(), 72);
     expectRow(arrays.at("trans"), i, frame.pose.translation.data(), 3);
+    expectRow(arrays.at("joint_deviation"), i, frame.jointDeviations.data(), 24);
     expectRow(arrays.at("garment_upper"), i, frame.garments[0].vertices.data(), 15);
     expectRow(arrays.at("garment_lower"), i, frame.garments[1].vertices.data(), 9);
     expectRow(arrays.at("provenance_upper"), i, frame.garments[0].provenance.data(), 5);
