@@ -1,5 +1,7 @@
 #include "bullet_ext/core/moving_box_tree.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,10 +12,6 @@ namespace bullet_ext {
 namespace {
 
 constexpr std::int32_t kLeafSize = 4;
-
-std::size_t at(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Squared distance of two boxes [m²].
 float squaredDistance(const Box& a, const Box& b) {

@@ -2,12 +2,12 @@
 
 #include "avatar/digitization/posed_frame.h"
 #include "avatar/io/file_error.h"
+#include "src/digitization/turn_labels.h"
 
 #include <nlohmann/json.hpp>
 
 #include <array>
 #include <cstddef>
-#include <cstdio>
 #include <filesystem>
 
 namespace simulcap {
@@ -17,12 +17,6 @@ constexpr std::size_t kNumLabels = avatar::kNumSurfaceLabels + 1;
 
 /// Pixels by their true label and by ours.
 using Confusion = std::array<std::array<long, kNumLabels>, kNumLabels>;
-
-std::string labelFile(const std::string& folder, int number) {
-  std::array<char, 16> name = {};
-  std::snprintf(name.data(), name.size(), "%06d.png", number);
-  return (std::filesystem::path(folder) / "labels" / name.data()).string();
-}
 
 void count(
     const ParsedPicture& picture,
@@ -48,7 +42,7 @@ nlohmann::json labelConfusion(
   Confusion confusion = {};
   bool known = false;
   for (const ParsedPicture& picture : pictures) {
-    const std::string file = labelFile(truthFolder, picture.number);
+    const std::string file = labelPicturePath(truthFolder + "/labels", picture.number);
     if (!std::filesystem::exists(file))
       continue;
     try {

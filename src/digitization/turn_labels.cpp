@@ -15,12 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string labelFile(const std::string& folder, int number) {
-  std::array<char, 32> name = {};
-  std::snprintf(name.data(), name.size(), "%06d.png", number);
-  return (fs::path(folder) / name.data()).string();
-}
-
 /// The part of a whole picture's labels that a frame shows, where depth shows the person.
 std::vector<std::uint8_t> labelsOfBox(
     const std::vector<std::uint8_t>& labels,
@@ -69,10 +63,16 @@ void label(avatar::PosedDepthFrame& frame, HumanParser& parser, ClassCounts& cou
 
 }  // namespace
 
+std::string labelPicturePath(const std::string& folder, int number) {
+  std::array<char, 32> name = {};
+  std::snprintf(name.data(), name.size(), "%06d.png", number);
+  return (fs::path(folder) / name.data()).string();
+}
+
 void readTurnLabels(Turn& turn, const std::string& folder) {
   int found = 0;
   for (std::size_t f = 0; f < turn.frames.size(); ++f) {
-    const std::string path = labelFile(folder, turn.numbers[f]);
+    const std::string path = labelPicturePath(folder, turn.numbers[f]);
     if (!fs::exists(path))
       continue;
     try {
@@ -93,7 +93,7 @@ void readTurnLabels(Turn& turn, const std::string& folder) {
         folder,
         "",
         "has no labels of the turn's frames; expected " +
-            fs::path(labelFile("", turn.numbers.front())).string() +
+            fs::path(labelPicturePath("", turn.numbers.front())).string() +
             " or another of the frames that are used");
 }
 

@@ -7,6 +7,9 @@
 
 namespace simulcap {
 
+/// FOLDER/%06d.png: the label picture of a frame, by its number within the recording.
+std::string labelPicturePath(const std::string& folder, int number);
+
 /// Gives the frames of a turn the labels of FOLDER/%06d.png, by their numbers within the recording
 /// and as large as its pictures; a frame without such a file keeps what it has. One picture is
 /// enough. Throws avatar::FileError when there is none for any frame, or one can't be used.

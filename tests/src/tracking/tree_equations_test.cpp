@@ -131,16 +131,16 @@ TEST(PoseUncertainty, DeviatesAsTheJointsMoveWithThePose) {
 
 TEST(PoseUncertainty, FadesByAddingCovariances) {
   const Eigen::MatrixXd information = someInformation();
-  constexpr double kFrame = 1.0 / 30.0;
+  constexpr double kDuration = 1.0 / 30.0;
   Eigen::MatrixXd covariance = information.inverse();
   covariance.diagonal() += temporalStiffness().cwiseInverse();
-  const Eigen::MatrixXd faded = fadedInformation(information, kFrame);
+  const Eigen::MatrixXd faded = fadedInformation(information, kDuration);
   // Of entries up to 40, through two inverses of a condition below 100.
   EXPECT_LT((faded - covariance.inverse()).cwiseAbs().maxCoeff(), 1e-10);
   const Eigen::MatrixXd twice =
-      fadedInformation(fadedInformation(information, 0.5 * kFrame), 0.5 * kFrame);
+      fadedInformation(fadedInformation(information, 0.5 * kDuration), 0.5 * kDuration);
   EXPECT_LT((faded - twice).cwiseAbs().maxCoeff(), 1e-10);
-  EXPECT_TRUE(fadedInformation(0.0 * information, kFrame).isZero(0.0));
+  EXPECT_TRUE(fadedInformation(0.0 * information, kDuration).isZero(0.0));
 }
 
 }  // namespace
