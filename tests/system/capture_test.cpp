@@ -38,24 +38,8 @@ void expectSameGeometry(const TemporaryFolder& folder, const std::string& a, con
   }
 }
 
-TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
-  const TemporaryFolder folder;
-  writeBytes(folder / "scene.json", kScene);
-  const ProgramRun synth = runProgram({"synth", folder / "scene.json", "-o", folder / "seq"});
-  ASSERT_EQ(synth.exitCode, 0) << synth.err;
-
-  const ProgramRun run = runProgram(
-      captureArguments(folder, "whole", {"--checkpoint", "2", "--threads", "2", "--video"}));
-  ASSERT_EQ(run.exitCode, 0) << run.err;
-  EXPECT_NE(fileBytes(folder / "whole/contact_sheet.png"), "");
-  EXPECT_EQ(fileBytes(folder / "whole/timing.csv").rfind("frame,input,body_tracking,", 0), 0U);
-  const bool hasPage = run.err.find("report.html is left out") == std::string::npos;
-  EXPECT_EQ(fileBytes(folder / "whole/report.html") != "", hasPage) << run.err;
-  const bool hasEncoder = run.err.find("performance.mp4 is left out") == std::string::npos;
-  EXPECT_EQ(fileBytes(folder / "whole/performance.mp4") != "", hasEncoder) << run.err;
-  EXPECT_FALSE(std::filesystem::exists(folder / "whole/checkpoint.npz"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "whole/performance.npz.parts"));
-
+/// Measures OUT/whole against the truth.
+void expectCloseToTheTruth(const TemporaryFolder& folder) {
   const ProgramRun evaluated =
       runProgram({"evaluate", folder / "whole", "--truth", folder / "seq/gt"});
   ASSERT_EQ(evaluated.exitCode, 0) << evaluated.err;
@@ -74,9 +58,11 @@ TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
   // A pixel is 18 mm wide and the cloth's edges are 50 mm long.
   EXPECT_LT(metrics.at("ground_truth").at("garment_visible_mm").at("median"), 18.0);
   EXPECT_LT(metrics.at("ground_truth").at("joint_mm").at("mean"), 40.0);
+}
 
-  // Stopped by Ctrl-C after its first frame, killed after its second and resumed, by one thread
-  // instead of two.
+/// OUT/cut: stopped by Ctrl-C after its first frame, killed after its second and resumed, by one
+/// thread instead of two.
+void captureWithInterruptions(const TemporaryFolder& folder) {
   const Arguments resumable =
       captureArguments(folder, "cut", {"--resume", "--checkpoint", "2", "--threads", "1"});
   const ProgramRun stopped = runProgramUntil(
@@ -99,6 +85,28 @@ TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
   ASSERT_EQ(runProgram(resumable).exitCode, 0);
   EXPECT_FALSE(std::filesystem::exists(folder / "cut/checkpoint.npz.XyZ123"));
   EXPECT_FALSE(std::filesystem::exists(folder / "cut/metrics.json.tmp77"));
+}
+
+TEST(Capture, OfASyntheticSequenceIsWholeCloseAndRepeatable) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "scene.json", kScene);
+  const ProgramRun synth = runProgram({"synth", folder / "scene.json", "-o", folder / "seq"});
+  ASSERT_EQ(synth.exitCode, 0) << synth.err;
+
+  const ProgramRun run = runProgram(
+      captureArguments(folder, "whole", {"--checkpoint", "2", "--threads", "2", "--video"}));
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  EXPECT_NE(fileBytes(folder / "whole/contact_sheet.png"), "");
+  EXPECT_EQ(fileBytes(folder / "whole/timing.csv").rfind("frame,input,body_tracking,", 0), 0U);
+  const bool hasPage = run.err.find("report.html is left out") == std::string::npos;
+  EXPECT_EQ(fileBytes(folder / "whole/report.html") != "", hasPage) << run.err;
+  const bool hasEncoder = run.err.find("performance.mp4 is left out") == std::string::npos;
+  EXPECT_EQ(fileBytes(folder / "whole/performance.mp4") != "", hasEncoder) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "whole/checkpoint.npz"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "whole/performance.npz.parts"));
+
+  expectCloseToTheTruth(folder);
+  captureWithInterruptions(folder);
   expectSameGeometry(folder, "whole", "cut");
 }
 
