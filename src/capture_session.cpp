@@ -34,11 +34,6 @@ class StopWatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-void require(bool valid, const char* problem) {
-  if (!valid)
-    throw std::invalid_argument(std::string("CaptureOptions: ") + problem);
-}
-
 /// As gt/labels name the garments; kBackground for those that could be either.
 PixelLabel labelOf(const std::string& name) {
   for (const char* upper : {"upper", "dress", "tshirt", "shirt"}) {
@@ -81,63 +76,7 @@ std::vector<std::uint8_t> provenanceOf(const GarmentTargets& targets, Eigen::Ind
   return provenance;
 }
 
-bool isSimulated(CaptureMethod method) {
-  return method == CaptureMethod::kSimulcap || method == CaptureMethod::kSimulateOnly;
-}
-
-bool isFitted(CaptureMethod method) {
-  return method != CaptureMethod::kSimulateOnly && method != CaptureMethod::kSkinning;
-}
-
-bool isWarped(CaptureMethod method) {
-  return method == CaptureMethod::kNonrigidIcp || method == CaptureMethod::kSingleSurface;
-}
-
 }  // namespace
-
-const std::vector<std::string>& captureMethodNames() {
-  static const std::vector<std::string> names = {
-      "simulcap", "simulate-only", "skinning", "direct-fit", "nonrigid-icp", "single-surface"};
-  return names;
-}
-
-CaptureOptions CaptureOptions::literal() {
-  CaptureOptions options;
-  options.pullAlongNormals = false;
-  options.strainLimit.reset();
-  options.hiddenMomentum = 1.0;
-  options.fittedMomentum = 1.0;
-  options.substepDuration = 1.0 / 3000.0;
-  options.fitRounds = 10;
-  options.fitIterations = 10;
-  options.fitSubstep = 1.0 / 3000.0;
-  options.view.blendRadius = 0.05;
-  options.steadiness.gain = 1.0;
-  options.force = {.mode = bullet_ext::DepthForceMode::kLiteral};
-  return options;
-}
-
-void CaptureOptions::validate() const {
-  require(
-      substepDuration >= 1e-5 && substepDuration <= 1e-2,
-      "substepDuration must be within [1e-5, 1e-2] s");
-  require(fitRounds >= 1 && fitRounds <= 100, "fitRounds must be within [1, 100]");
-  require(fitIterations >= 1 && fitIterations <= 1000, "fitIterations must be within [1, 1000]");
-  require(fitSubstep >= 1e-5 && fitSubstep <= 1e-2, "fitSubstep must be within [1e-5, 1e-2] s");
-  require(
-      !strainLimit || (*strainLimit >= 0.001 && *strainLimit <= 10.0),
-      "strainLimit must be within [0.001, 10]");
-  require(hiddenMomentum >= 0.0 && hiddenMomentum <= 1.0, "hiddenMomentum must be within [0, 1]");
-  require(fittedMomentum >= 0.0 && fittedMomentum <= 1.0, "fittedMomentum must be within [0, 1]");
-  require(
-      dressingSeconds >= 0.0 && dressingSeconds <= 10.0, "dressingSeconds must be within [0, 10]");
-  view.validate();
-  targets.validate();
-  steadiness.validate();
-  force.validate();
-  direct.validate();
-  warp.validate();
-}
 
 struct CaptureSession::Layer {
   const avatar::Garment& garment;

@@ -6,9 +6,9 @@
 #include "avatar/skinning.h"
 #include "avatar/surface_attachment.h"
 #include "bullet_ext/capture_world.h"
+#include "src/capture/capture_options.h"
 #include "src/capture/observed_frame.h"
 #include "src/fitting/depth_targets.h"
-#include "src/fitting/direct_fit.h"
 #include "src/fitting/layer_view.h"
 #include "src/fitting/steady_targets.h"
 #include "src/fitting/warped_clothes.h"
@@ -24,59 +24,6 @@
 #include <vector>
 
 namespace simulcap {
-
-/// How garments get from frame to frame.
-enum class CaptureMethod {
-  kSimulcap,      ///< simulated, then fitted to depth
-  kSimulateOnly,  ///< simulated
-  kSkinning,      ///< follow the body's joints
-  kDirectFit,     ///< follow the joints, then stretched onto depth without physics
-  kNonrigidIcp,   ///< warped by a graph of nodes each: the paper's multi-layer baseline
-  kSingleSurface  ///< the dressed person as one surface warped by a graph, after DoubleFusion
-};
-
-/// "simulcap", "simulate-only", "skinning", "direct-fit", "nonrigid-icp", "single-surface", in the
-/// order of the enumeration.
-const std::vector<std::string>& captureMethodNames();
-
-struct CaptureOptions {
-  CaptureMethod method = CaptureMethod::kSimulcap;
-  /// Of the simulation [s], 1e-5 … 1e-2; this and the fit's are shortened where the cloth wouldn't
-  /// bear them.
-  double substepDuration = 1.0 / 1500.0;
-  int fitRounds = 2;           ///< correspondences are looked for anew in each, 1 … 100
-  int fitIterations = 15;      ///< substeps in each round, 1 … 1000
-  double fitSubstep = 0.0007;  ///< [s], 1e-5 … 1e-2
-  LayerViewOptions view;
-  DepthTargetOptions targets;
-  SteadyTargetOptions steadiness;
-  /// Gentler than the paper's (γ = 240/m, η = 0.34 N). That throws vertices by centimetres in one
-  /// substep, which ends elsewhere for every noise: cloth of a standing person shook by 1.3 mm per
-  /// frame instead of 0.5, single edges stretched by 56 % instead of 20, and what it was nearer to
-  /// the truth where seen was 0.5 mm.
-  bullet_ext::DepthForceOptions force = {.gamma = 60.0, .eta = 0.2};
-  DirectFitOptions direct;  ///< for kDirectFit, in fitRounds rounds
-  WarpOptions warp;         ///< for kNonrigidIcp and kSingleSurface
-  /// Part of a garment's momentum relative to the body that is left after 1/30 s, where it isn't
-  /// seen and where it is fitted fully, 0 … 1. A fit strains cloth, which would throw itself back
-  /// in the next frame, and be fitted again: frame by frame it gets energy from nowhere. Air takes
-  /// more of a swinging cloth's momentum than the paper's damping of 0.1/s as well.
-  double hiddenMomentum = 0.9;
-  double fittedMomentum = 0.2;
-  bool pullAlongNormals = true;  ///< else along the rays, as in the paper
-  /// By which part of their length edges may be longer than at rest, 0.001 … 10; none: as their
-  /// springs let them. Provot's 10 %, whose scheme the paper extends.
-  std::optional<double> strainLimit = 0.1;
-  bool garmentContact = true;    ///< garments don't pass through each other
-  double dressingSeconds = 1.0;  ///< simulated from the A-pose to the first pose, 0 … 10
-
-  /// SimulCap's own: 100 + 100 substeps, eq. (3) as printed, clamped, along the rays; no filter
-  /// over time, no strain limit, all momentum kept.
-  static CaptureOptions literal();
-
-  /// Throws std::invalid_argument that names the field outside its range.
-  void validate() const;
-};
 
 /// A person and its clothes as they go into a capture. The body is the model's; `avatar` may have
 /// details of its own, when it has the model's vertices.

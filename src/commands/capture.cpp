@@ -202,6 +202,14 @@ std::unique_ptr<CaptureSession> startedSession(
   return session;
 }
 
+/// What the capture does without.
+std::vector<std::string> partsLeftOut(const CaptureVerbOptions& options, const Person& person) {
+  std::vector<std::string> parts = leftOut(captureOptions(options), person.avatar);
+  if (!options.person.poses.empty())
+    parts.emplace_back("body tracking");
+  return parts;
+}
+
 /// timing.csv and metrics.json.
 void writeFigures(
     const CaptureVerbOptions& options,
@@ -212,6 +220,7 @@ void writeFigures(
   avatar::writeFileAtomically(fs::path(options.output) / "timing.csv", clock.csv());
   nlohmann::json details = person.digitization;
   details["settings"] = settingsJson(options);
+  details["left_out"] = partsLeftOut(options, person);
   const CaptureMetrics metrics = writeCaptureMetrics(
       {.folder = options.output,
        .input = options.sequence,
@@ -265,6 +274,7 @@ void capture(const CaptureVerbOptions& options, const CommandContext& context) {
   requireConsistent(options);
   const Person person = findPerson(options, context);
   TrackedRecording frames = openFrames(options.sequence, options.person, person, context.threads);
+  context.console.info("left out: " + listedWords(partsLeftOut(options, person)));
   CapturedSoFar captured{openOutput(options, person, frames), {}};
   CaptureOutput& output = captured.output;
   if (output.resumed())

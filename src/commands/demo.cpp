@@ -1,5 +1,7 @@
 #include "avatar/io/atomic_file.h"
+#include "avatar/io/file_error.h"
 #include "src/commands/commands.h"
+#include "src/evaluation/metrics_file.h"
 #include "src/program/console.h"
 
 #include <CLI/CLI.hpp>
@@ -47,9 +49,13 @@ void runVerb(const Arguments& arguments, const CommandContext& context) {
   commandOf(arguments)(context);
 }
 
-nlohmann::json timingOf(const fs::path& metrics) {
-  std::ifstream stream(metrics);
-  return nlohmann::json::parse(stream).value("timing_ms", nlohmann::json::object());
+nlohmann::json metricsOf(const std::string& capture) {
+  const std::string path = capture + "/metrics.json";
+  std::ifstream stream(path);
+  nlohmann::json metrics = nlohmann::json::parse(stream, nullptr, false);
+  if (!metrics.is_object())
+    throw avatar::FileError(path, "", "is no JSON object; something else wrote it meanwhile");
+  return metrics;
 }
 
 /// Milliseconds of a stage beside the paper's, which are of an NVIDIA TITAN Xp (its section 5).
@@ -81,6 +87,13 @@ std::string timingTable(const nlohmann::json& timing) {
   return table;
 }
 
+/// Errors, times, and what was left out.
+std::string summary(const nlohmann::json& metrics) {
+  return evaluationTable(metrics) + "\n" +
+         timingTable(metrics.value("timing_ms", nlohmann::json::object())) +
+         "\nleft out: " + listedWords(metrics.value("left_out", std::vector<std::string>{})) + "\n";
+}
+
 void demo(const DemoOptions& options, const CommandContext& context) {
   const fs::path folder(options.output);
   const std::string scene = (folder / "scene.json").string();
@@ -89,12 +102,18 @@ void demo(const DemoOptions& options, const CommandContext& context) {
   const std::string capture = (folder / "capture").string();
   const std::string truth = (folder / "recording" / "gt").string();
   avatar::writeFileAtomically(scene, kScene);
-  runVerb({"synth", scene, "-o", recording}, context);
-  runVerb({"digitize", recording, "-o", avatar, "--truth", truth}, context);
-  runVerb({"capture", recording, "--avatar", avatar, "-o", capture}, context);
-  runVerb({"evaluate", capture, "--truth", truth}, context);
-  runVerb({"report", capture}, context);
-  context.console.result(timingTable(timingOf(folder / "capture" / "metrics.json")));
+
+  // Of what the verbs say, one table at the end is enough.
+  ConsoleOptions withoutResults = context.console.options();
+  withoutResults.results = false;
+  const Console console(withoutResults);
+  const CommandContext silent{console, context.threads};
+  runVerb({"synth", scene, "-o", recording}, silent);
+  runVerb({"digitize", recording, "-o", avatar, "--truth", truth}, silent);
+  runVerb({"capture", recording, "--avatar", avatar, "-o", capture, "--no-report"}, silent);
+  runVerb({"evaluate", capture, "--truth", truth}, silent);
+  runVerb({"report", capture}, silent);
+  context.console.result(summary(metricsOf(capture)));
   context.console.result(
       "Look at " + capture + "/report.html in a browser, at " + capture +
       "/contact_sheet.png without one, and at " + avatar + " in any glTF viewer.");

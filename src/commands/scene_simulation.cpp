@@ -60,15 +60,8 @@ nlohmann::json timing(std::vector<double> milliseconds) {
   return {{"median", at(0.5)}, {"p95", at(0.95)}};
 }
 
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names)
-    text += (text.empty() ? "" : ", ") + name;
-  return text.empty() ? "nothing" : text;
-}
-
 void sayWhatIsRun(const Scene& scene, const SceneRun& run, const Console& console) {
-  console.info("left out: " + listed(leftOut(scene)));
+  console.info("left out: " + listedWords(leftOut(scene)));
   for (const ClothStability& cloth : run.preflight()) {
     char text[160];
     std::snprintf(

@@ -77,6 +77,13 @@ double ProgressState::secondsLeft() const {
   return perSecond() > 0.0 ? static_cast<double>(total - done) / perSecond() : 0.0;
 }
 
+std::string listedWords(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words)
+    text += (text.empty() ? "" : ", ") + word;
+  return text.empty() ? "nothing" : text;
+}
+
 std::string progressBar(const ProgressState& state) {
   constexpr long kWidth = 30;
   const long filled = state.total > 0 ? kWidth * state.done / state.total : kWidth;
@@ -133,6 +140,8 @@ void Console::error(const std::string& message) const {
 }
 
 void Console::result(const std::string& text) const {
+  if (!options_.results)
+    return;
   if (std::fputs((text + "\n").c_str(), stdout) < 0 || std::fflush(stdout) != 0)
     throw std::system_error(errno, std::generic_category(), "stdout can't be written");
 }

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace spdlog {
 class logger;
@@ -13,6 +14,7 @@ struct ConsoleOptions {
   bool quiet = false;    ///< warnings and errors only, no progress
   bool verbose = false;  ///< details as well
   bool jsonLog = false;  ///< one JSON object per line instead of text
+  bool results = true;   ///< false: result() says nothing
 };
 
 /// How far a long piece of work is.
@@ -34,6 +36,9 @@ std::string progressLine(const ProgressState& state);
 /// {"event":"progress","task":"rendering","done":4,…} in one line.
 std::string progressJson(const ProgressState& state);
 
+/// "a, b, c"; "nothing" without any.
+std::string listedWords(const std::vector<std::string>& words);
+
 /// Where a command's words go: messages and progress to stderr, results to stdout.
 class Console {
  public:
@@ -43,7 +48,8 @@ class Console {
   void info(const std::string& message) const;
   void warn(const std::string& message) const;
   void error(const std::string& message) const;
-  /// What was asked for, as text to stdout. Throws std::system_error when it can't be written.
+  /// What was asked for, as text to stdout, unless nobody wants results. Throws std::system_error
+  /// when it can't be written.
   void result(const std::string& text) const;
 
   const ConsoleOptions& options() const { return options_; }

@@ -228,6 +228,22 @@ TEST_F(CapturedTube, ABlockOfWrongDepthDoesNotTearCloth) {
   }
 }
 
+TEST_F(CapturedTube, SaysWhatItDoesWithout) {
+  using Parts = std::vector<std::string>;
+  EXPECT_EQ(leftOut({}, avatar_), (Parts{"contact between garments", "self-contact"}));
+  EXPECT_EQ(
+      leftOut({.method = CaptureMethod::kSimulateOnly}, avatar_),
+      (Parts{"contact between garments", "self-contact", "depth fitting"}));
+  EXPECT_EQ(
+      leftOut({.method = CaptureMethod::kDirectFit}, avatar_),
+      (Parts{
+          "cloth simulation",
+          "contact with the body",
+          "contact between garments",
+          "self-contact",
+          "strain limit"}));
+}
+
 TEST_F(CapturedTube, LostBodyIsNotFitted) {
   CaptureSession session({model_, avatar_}, frontCamera(), options_, 1);
   ObservedFrame frame = still();
