@@ -38,8 +38,8 @@ class Digitizer {
       parser_.emplace(options.parsingModel);
   }
 
-  DigitizedPerson run(const std::string& sequence) {
-    turn_ = trackTurn(sequence, model_, options_.turn);
+  DigitizedPerson run(const FrameSupply& recording) {
+    turn_ = trackTurn(recording, model_, options_.turn);
     result_.seconds = {{"input", turn_.inputSeconds}, {"body_tracking", turn_.trackingSeconds}};
     describeTurn();
     if (turn_.degreesSeen < options_.leastDegrees) {
@@ -256,9 +256,9 @@ void DigitizeOptions::validate() const {
 }
 
 DigitizedPerson digitize(
-    const std::string& sequence, const avatar::BodyModel& model, const DigitizeOptions& options) {
+    const FrameSupply& recording, const avatar::BodyModel& model, const DigitizeOptions& options) {
   options.validate();
-  return Digitizer(model, options).run(sequence);
+  return Digitizer(model, options).run(recording);
 }
 
 nlohmann::json digitizationFigures(const DigitizedPerson& person) {

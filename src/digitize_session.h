@@ -12,6 +12,7 @@
 #include "src/digitization/label_confusion.h"
 #include "src/digitization/rest_shape.h"
 #include "src/digitization/turn.h"
+#include "src/input/frame_source.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -76,7 +77,7 @@ struct DigitizedPerson {
 /// recording that can't be used, and std::runtime_error, saying what to do, when no avatar can be
 /// made of what it shows.
 DigitizedPerson digitize(
-    const std::string& sequence,
+    const FrameSupply& recording,
     const avatar::BodyModel& model,
     const DigitizeOptions& options = {});
 

@@ -52,19 +52,15 @@ void removeHalfWritten(const fs::path& folder) {
     remove(file);
 }
 
+/// Of the i-th of the contact sheet's frames, from the first and the last on.
+int momentNumber(int i, int numFrames) {
+  return i * std::max(1, numFrames - 1) / (kSheetMoments - 1);
+}
+
 bool sameBytes(const std::string& a, const std::string& b) {
   std::ifstream first(a, std::ios::binary), second(b, std::ios::binary);
   using Bytes = std::istreambuf_iterator<char>;
   return first && second && std::equal(Bytes(first), Bytes(), Bytes(second), Bytes());
-}
-
-bool isMoment(int ordinal, int numFrames) {
-  const int last = std::max(1, numFrames - 1);
-  for (int i = 0; i < kSheetMoments; ++i) {
-    if (ordinal == i * last / (kSheetMoments - 1))
-      return true;
-  }
-  return false;
 }
 
 }  // namespace
@@ -114,9 +110,16 @@ void CaptureOutput::resume() {
     performance_.emplace(path("performance.npz"), layout(), numFrames_);
 }
 
+/// The first frame at or after each of evenly spread numbers: some may be missing.
 void CaptureOutput::keepPicture(const TrackedFrame& frame) {
-  if (isMoment(frame.ordinal, setup_.numFrames))
-    moments_.push_back(pictureMoment(frame));
+  if (!firstIndex_)
+    firstIndex_ = frame.picture.index;
+  const int number = frame.picture.index - *firstIndex_;
+  if (nextMoment_ >= kSheetMoments || number < momentNumber(nextMoment_, setup_.numFrames))
+    return;
+  moments_.push_back(pictureMoment(frame));
+  while (nextMoment_ < kSheetMoments && momentNumber(nextMoment_, setup_.numFrames) <= number)
+    ++nextMoment_;
 }
 
 void CaptureOutput::add(

@@ -91,6 +91,8 @@ class CaptureOutput {
   std::int64_t numFrames_ = 0;
   CaptureFigures figures_;
   std::vector<CaptureMoment> moments_;  // without geometry
+  std::optional<int> firstIndex_;       // number of the first frame within the recording
+  int nextMoment_ = 0;                  // of the contact sheet
 };
 
 }  // namespace simulcap

@@ -11,6 +11,7 @@
 #include "src/commands/person_input.h"
 #include "src/commands/report_writing.h"
 #include "src/evaluation/stage_timing.h"
+#include "src/input/recording.h"
 #include "src/program/console.h"
 #include "src/program/version.h"
 
@@ -31,9 +32,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// With less of the person seen, nobody turned: their back would be a guess [deg].
-constexpr double kLeastTurn = 200.0;
-
 struct CaptureVerbOptions {
   std::string sequence;
   std::string output;
@@ -52,7 +50,7 @@ Person digitizedPerson(const CaptureVerbOptions& options, const CommandContext& 
   DigitizeInput input = options.digitize;
   input.leastDegrees = kLeastTurn;
   avatar::requireWritable(fs::path(options.output) / "avatar.glb");
-  DigitizedPerson person = digitized(options.sequence, *model, input, context);
+  DigitizedPerson person = digitized(recordingIn(options.sequence), *model, input, context);
   nlohmann::json figures = digitizationFigures(person);
   Person dressed{std::move(person.avatar), model, std::move(figures)};
   wearMaterial(dressed.avatar, options.person.material);
@@ -317,6 +315,7 @@ void addCapture(CLI::App& program, ChosenCommand& chosen) {
       ->required();
   verb->add_option("-o,--output", options->output, "Folder to write to")->required();
   addPersonOptions(*verb, options->person);
+  addPosesOptions(*verb, options->person);
   verb->add_option(
           "--method",
           options->method,

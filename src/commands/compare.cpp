@@ -214,6 +214,7 @@ void addCompare(CLI::App& program, ChosenCommand& chosen) {
       options->comparison.quick,
       "Scene: few and cheap settings and a coarser truth; recording: methods alone");
   addPersonOptions(*verb, options->person);
+  addPosesOptions(*verb, options->person);
   verb->callback([options, &chosen] {
     chosen = [options](const CommandContext& context) { compare(*options, context); };
   });

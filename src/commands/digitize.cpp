@@ -7,6 +7,7 @@
 #include "src/digitize_session.h"
 #include "src/evaluation/avatar_evaluation.h"
 #include "src/evaluation/metrics_file.h"
+#include "src/input/recording.h"
 #include "src/program/console.h"
 #include "src/program/machine.h"
 #include "src/program/version.h"
@@ -61,7 +62,8 @@ nlohmann::json figuresOf(
 void digitizeVerb(const DigitizeVerbOptions& options, const CommandContext& context) {
   const avatar::BodyModel model = avatar::loadBody(options.body);
   avatar::requireWritable(options.output);
-  const DigitizedPerson person = digitized(options.sequence, model, options.input, context);
+  const DigitizedPerson person =
+      digitized(recordingIn(options.sequence), model, options.input, context);
   const nlohmann::json figures = figuresOf(options, person, model, context);
   avatar::writePly(besides(options.output, ".outer.ply"), person.outer.mesh, person.outer.colors);
   avatar::writeAvatar(options.output, person.avatar);

@@ -51,10 +51,11 @@ void addDigitizeOptions(CLI::App& verb, DigitizeInput& input) {
 }
 
 DigitizedPerson digitized(
-    const std::string& sequence,
+    const FrameSupply& recording,
     const avatar::BodyModel& model,
     const DigitizeInput& input,
-    const CommandContext& context) {
+    const CommandContext& context,
+    const std::function<void(const std::string&)>& onStage) {
   DigitizeOptions options;
   options.turn.frames = input.turnFrames;
   options.labelFolder = input.labels;
@@ -68,9 +69,11 @@ DigitizedPerson digitized(
   options.onStage = [&](const std::string& stage) {
     stopIfInterrupted();
     context.console.info("digitizing: " + stage);
+    if (onStage)
+      onStage(stage);
   };
   options.turn.progress = [](int /*done*/, int /*total*/) { stopIfInterrupted(); };
-  DigitizedPerson person = digitize(sequence, model, options);
+  DigitizedPerson person = digitize(recording, model, options);
   for (const std::string& warning : person.warnings)
     context.console.warn(warning);
   return person;

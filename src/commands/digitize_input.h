@@ -4,12 +4,16 @@
 #include "src/commands/commands.h"
 #include "src/digitize_session.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 
 namespace simulcap {
 
-/// What digitize and capture ask about a turn.
+/// With less of a person seen, nobody turned: their back would be a guess [deg].
+inline constexpr double kLeastTurn = 200.0;
+
+/// What digitize, capture and live ask about a turn.
 struct DigitizeInput {
   std::optional<int> turnFrames;  ///< the first frames; absent: found
   std::string labels;             ///< folder of label pictures; empty: SEQ/labels
@@ -24,11 +28,12 @@ struct DigitizeInput {
 /// --turn, --labels, --parsing, --parsing-frames, --one-piece, --desag, --edge-length.
 void addDigitizeOptions(CLI::App& verb, DigitizeInput& input);
 
-/// Shows how far it is, and what was weak.
+/// Shows how far it is, and what was weak. `onStage`: called when a stage begins; may throw.
 DigitizedPerson digitized(
-    const std::string& sequence,
+    const FrameSupply& recording,
     const avatar::BodyModel& model,
     const DigitizeInput& input,
-    const CommandContext& context);
+    const CommandContext& context,
+    const std::function<void(const std::string&)>& onStage = {});
 
 }  // namespace simulcap

@@ -44,6 +44,16 @@ void addPersonOptions(CLI::App& verb, PersonOptions& options) {
   verb.add_option(
           "--material", options.material, "The paper's cloth for all garments (default: their own)")
       ->check(CLI::IsMember({"soft", "middle", "hard"}));
+  verb.add_option("--first", options.range.first, "First frame, counted from 0")
+      ->check(CLI::Range(0, 100000000))
+      ->type_name("N")
+      ->capture_default_str();
+  verb.add_option("--frames", options.range.count, "Number of frames (default: all that follow)")
+      ->check(CLI::Range(1, 100000000))
+      ->type_name("N");
+}
+
+void addPosesOptions(CLI::App& verb, PersonOptions& options) {
   verb.add_option(
           "--poses",
           options.poses,
@@ -54,13 +64,6 @@ void addPersonOptions(CLI::App& verb, PersonOptions& options) {
           options.camera,
           "camera_from_world of the poses' world (default: camera.json beside the poses)")
       ->type_name("FILE");
-  verb.add_option("--first", options.range.first, "First frame, counted from 0")
-      ->check(CLI::Range(0, 100000000))
-      ->type_name("N")
-      ->capture_default_str();
-  verb.add_option("--frames", options.range.count, "Number of frames (default: all that follow)")
-      ->check(CLI::Range(1, 100000000))
-      ->type_name("N");
 }
 
 Person readPerson(const PersonOptions& options) {

@@ -26,7 +26,11 @@ struct PersonOptions {
   FrameRange range;      ///< --first, --frames
 };
 
+/// --avatar, --body, --material, --first, --frames.
 void addPersonOptions(CLI::App& verb, PersonOptions& options);
+
+/// --poses, --camera.
+void addPosesOptions(CLI::App& verb, PersonOptions& options);
 
 struct Person {
   avatar::LayeredAvatar avatar;

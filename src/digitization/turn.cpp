@@ -43,34 +43,31 @@ struct FirstPass {
 class TurnTracking {
  public:
   TurnTracking(
-      const std::string& folder, const avatar::BodyModel& model, const TurnOptions& options)
-      : folder_(folder), model_(model), options_(options) {}
+      const FrameSupply& recording, const avatar::BodyModel& model, const TurnOptions& options)
+      : recording_(recording), model_(model), options_(options) {}
 
   /// Tracks until the turn is whole and learns the shape on the way.
   FirstPass learn() {
-    TrackedRecording frames(folder_, {model_, {}, {}}, {.first = 0, .count = options_.frames});
+    TrackedRecording frames = tracked({}, options_.frames);
     const std::optional<int> given =
         options_.frames ? options_.frames : frames.info().turnaroundFrames;
     const int limit = std::min(given.value_or(frames.numFrames()), frames.numFrames());
-    double turned = 0.0;
-    std::optional<double> last;
+    TurnedAngle turned;
     FirstPass result;
     for (std::optional<TrackedFrame> frame = frames.next(); frame;
          frame = frames.next(std::move(*frame))) {
       result.count = frame->ordinal + 1;
       addTimes(*frame);
       progress(result.count, 2 * limit);
-      const double now = avatar::heading(frame->observed.body.pose);
-      turned += last ? shortest(now - *last) : 0.0;
-      last = now;
-      const bool whole = !given && std::abs(turned) >= options_.wholeTurn * kDegree;
+      turned.add(frame->observed.body.pose);
+      const bool whole = !given && turned.degrees() >= options_.wholeTurn;
       if (whole || result.count >= limit)
         break;
     }
     turn_.warnings = frames.warnings();
     if (result.count == 0)
       throw avatar::FileError(
-          folder_,
+          recording_.name,
           "",
           "nobody was found in " + std::to_string(frames.framesLeftOut()) +
               " frames; expected an upright person, 0.3 to 8 m from the camera");
@@ -80,8 +77,7 @@ class TurnTracking {
 
   Turn keep(const FirstPass& learned) {
     turn_.betas = learned.betas;
-    TrackedRecording frames(
-        folder_, {model_, learned.betas, {}}, {.first = 0, .count = learned.count});
+    TrackedRecording frames = tracked(learned.betas, learned.count);
     const int kept = std::min(learned.count, options_.mostFrames);
     std::vector<double> headings;
     for (std::optional<TrackedFrame> frame = frames.next(); frame;
@@ -108,6 +104,11 @@ class TurnTracking {
   }
 
  private:
+  TrackedRecording tracked(
+      const std::optional<Eigen::VectorXd>& betas, std::optional<int> count) const {
+    return {recording_.open(), recording_.name, {model_, betas, {}}, {.first = 0, .count = count}};
+  }
+
   void addTimes(const TrackedFrame& frame) {
     turn_.inputSeconds += 1e-3 * frame.inputMs;
     turn_.trackingSeconds += 1e-3 * frame.trackingMs;
@@ -124,7 +125,7 @@ class TurnTracking {
     return shortest(avatar::heading(pose) - std::atan2(toCamera.x(), toCamera.z()));
   }
 
-  std::string folder_;
+  FrameSupply recording_;
   const avatar::BodyModel& model_;
   TurnOptions options_;
   Turn turn_;
@@ -140,6 +141,16 @@ void TurnOptions::validate() const {
   demand(!frames || *frames >= 1, "frames is expected at 1 or above");
   demand(mostFrames >= 2, "mostFrames is expected at 2 or above");
   demand(wholeTurn >= 1.0 && wholeTurn <= 360.0, "wholeTurn is expected in 1 ... 360 degrees");
+}
+
+void TurnedAngle::add(const avatar::BodyPose& pose) {
+  const double now = avatar::heading(pose);
+  turned_ += last_ ? shortest(now - *last_) : 0.0;
+  last_ = now;
+}
+
+double TurnedAngle::degrees() const {
+  return std::abs(turned_) / kDegree;
 }
 
 double seenSides(const std::vector<double>& headings) {
@@ -198,9 +209,9 @@ avatar::PosedDepthFrame posedFrame(
 }
 
 Turn trackTurn(
-    const std::string& folder, const avatar::BodyModel& model, const TurnOptions& options) {
+    const FrameSupply& recording, const avatar::BodyModel& model, const TurnOptions& options) {
   options.validate();
-  TurnTracking tracking(folder, model, options);
+  TurnTracking tracking(recording, model, options);
   return tracking.keep(tracking.learn());
 }
 

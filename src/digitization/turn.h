@@ -1,9 +1,11 @@
 #pragma once
 
 #include "avatar/body_model.h"
+#include "avatar/body_pose.h"
 #include "avatar/digitization/posed_frame.h"
 #include "avatar/geometry/camera.h"
 #include "src/input/depth_cloud.h"
+#include "src/input/frame_source.h"
 #include "src/input/rgbd_frame.h"
 
 #include <Eigen/Core>
@@ -42,7 +44,19 @@ struct Turn {
 /// Tracks the turn twice: to learn the shape, then with that shape. Keeps a reference to the model
 /// during the call. Throws avatar::FileError when the recording can't be read or shows nobody.
 Turn trackTurn(
-    const std::string& folder, const avatar::BodyModel& model, const TurnOptions& options = {});
+    const FrameSupply& recording, const avatar::BodyModel& model, const TurnOptions& options = {});
+
+/// How far a person has turned since the first of its poses, either way.
+class TurnedAngle {
+ public:
+  void add(const avatar::BodyPose& pose);
+
+  double degrees() const;  ///< ≥ 0
+
+ private:
+  double turned_ = 0.0;         // [rad]
+  std::optional<double> last_;  // heading [rad]
+};
 
 /// The sides of a person that a camera saw, from the headings relative to it [rad]: in steps of 10
 /// degrees, each frame showing the 90 degrees about its own [deg].

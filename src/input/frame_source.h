@@ -2,6 +2,8 @@
 
 #include "src/input/rgbd_frame.h"
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +28,12 @@ class FrameSource {
 
   /// What was wrong so far, one line per kind with its count and the first file concerned.
   virtual std::vector<std::string> warnings() const = 0;
+};
+
+/// Frames that can be had from the first one on, again and again.
+struct FrameSupply {
+  std::string name;  ///< what errors call it: the recording's folder
+  std::function<std::unique_ptr<FrameSource>()> open;
 };
 
 }  // namespace simulcap

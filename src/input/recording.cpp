@@ -168,4 +168,8 @@ std::unique_ptr<FrameSource> openRecording(const std::string& folder) {
   return openSequence(folder);
 }
 
+FrameSupply recordingIn(const std::string& folder) {
+  return {folder, [folder] { return openRecording(folder); }};
+}
+
 }  // namespace simulcap

@@ -12,4 +12,7 @@ namespace simulcap {
 /// read when they are asked for; memory doesn't grow with the recording. Throws avatar::FileError.
 std::unique_ptr<FrameSource> openRecording(const std::string& folder);
 
+/// The same, to be opened when it is needed.
+FrameSupply recordingIn(const std::string& folder);
+
 }  // namespace simulcap

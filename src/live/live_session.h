@@ -2,16 +2,12 @@
 
 #include "src/capture/tracked_recording.h"
 #include "src/capture_session.h"
-#include "src/live/live_window.h"
+#include "src/live/live_feed.h"
 
-#include <atomic>
+#include <Eigen/Core>
+
 #include <chrono>
-#include <condition_variable>
-#include <exception>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <thread>
+#include <functional>
 #include <vector>
 
 namespace simulcap {
@@ -24,56 +20,45 @@ struct LiveFigures {
   std::vector<double> latencies = {};  ///< from a frame's own time until it can be shown [s], each
 };
 
-/// Captures frames as they come, in a thread of its own; whoever shows them takes the newest.
+/// A captured frame, for those who write it down.
+using LiveFrameSink = std::function<void(const TrackedFrame&, const CaptureResult&)>;
+
+struct LiveOptions {
+  CaptureOptions capture;
+  int threads = 1;          ///< ≥ 1
+  double speed = 1.0;       ///< of the frames' time against the wall's (PacedSource)
+  LiveFrameSink sink = {};  ///< called in the capturing thread; none: nobody writes
+};
+
+/// Captures frames as they come; whoever shows them takes the newest.
 class LiveSession {
  public:
-  /// Starts at once. Keeps the references; `person.avatar` is what is captured. `speed`: of the
-  /// frames' time against the wall's (PacedSource).
-  LiveSession(
-      TrackedRecording& frames,
-      const CapturePerson& person,
-      const CaptureOptions& options,
-      int threads,
-      double speed = 1.0);
+  /// Keeps the references; `person.avatar` is what is captured.
+  LiveSession(TrackedRecording& frames, const CapturePerson& person, const LiveOptions& options);
 
-  /// Stops after the frame in work.
-  ~LiveSession();
-  LiveSession(const LiveSession&) = delete;
-  LiveSession& operator=(const LiveSession&) = delete;
-  LiveSession(LiveSession&&) = delete;
-  LiveSession& operator=(LiveSession&&) = delete;
+  /// A feed's work: captures until the frames end or the feed is stopped.
+  void run(LiveFeed& feed);
 
-  /// The newest frame, if there is one since the last call. Throws what the capturing thread threw.
-  std::optional<LiveScene> newest();
-
-  /// The source's last frame is captured, or something was thrown.
-  bool finished() const { return finished_; }
-
-  /// Once it has begun: in the capture's world.
-  std::optional<avatar::Camera> camera() const;
-
-  LiveFigures figures() const;
+  /// Once run() has ended.
+  const LiveFigures& figures() const { return figures_; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  void run(const CapturePerson& person, const CaptureOptions& options, int threads);
-  void capture(TrackedFrame& frame, CaptureSession& session);
-  void count(const TrackedFrame& frame);
+  void begin(const TrackedFrame& frame, LiveFeed& feed);
+  void capture(TrackedFrame& frame, CaptureSession& session, LiveFeed& feed);
 
   TrackedRecording& frames_;
-  const double speed_;
-  mutable std::mutex mutex_;  // of all that follows
-  std::optional<LiveScene> newest_;
-  std::optional<avatar::Camera> camera_;
+  CapturePerson person_;
+  LiveOptions options_;
   LiveFigures figures_;
-  std::exception_ptr failure_;
   Clock::time_point firstTime_;  // when the first frame came
   double firstTimestamp_ = 0.0;  // its own [s]
   int lastIndex_ = -1;
-  std::atomic<bool> stop_ = false;
-  std::atomic<bool> finished_ = false;
-  std::thread thread_;  // last: it uses the others
 };
+
+/// Every second pixel of the person in both directions: enough to look at. 3 × P [m], in the
+/// camera's world.
+Eigen::Matrix3Xf personPoints(const DepthCloud& cloud, const avatar::Camera& camera);
 
 }  // namespace simulcap
