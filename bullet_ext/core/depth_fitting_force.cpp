@@ -1,9 +1,12 @@
 #include "bullet_ext/core/depth_fitting_force.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace bullet_ext {
 namespace {
@@ -42,6 +45,23 @@ void requireValid(const DepthTarget& target, Eigen::Index numVertices) {
   }
 }
 
+/// Throws if a vertex has two.
+std::vector<std::pair<Eigen::Index, const DepthTarget*>> inSolverOrder(
+    const ClothMesh& mesh, const std::vector<DepthTarget>& targets) {
+  std::vector<std::pair<Eigen::Index, const DepthTarget*>> result;
+  for (const DepthTarget& target : targets) {
+    requireValid(target, mesh.numVertices());
+    result.emplace_back(mesh.solverFromInput[at(target.vertex)], &target);
+  }
+  std::sort(
+      result.begin(), result.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+  if (std::adjacent_find(result.begin(), result.end(), same) != result.end()) {
+    throw std::invalid_argument("DepthFittingForce: a vertex has two targets");
+  }
+  return result;
+}
+
 }  // namespace
 
 void DepthForceOptions::validate() const {
@@ -76,58 +96,76 @@ DepthFittingForce::DepthFittingForce(
   requireOption(
       duration > 0.0 && std::isfinite(duration), "the substep's duration must be above 0 s");
   const bool tapered = options.mode == DepthForceMode::kTapered;
-  for (const DepthTarget& target : targets) {
-    requireValid(target, mesh.numVertices());
-    Ring ring;
-    ring.vertex = mesh.solverFromInput[static_cast<std::size_t>(target.vertex)];
-    ring.x.setZero();
-    ring.y.setZero();
-    ring.z.setZero();
-    ring.strength.setZero();
-    for (int i = 0; i < target.numPoints; ++i) {
-      ring.x[i] = target.points(0, i);
-      ring.y[i] = target.points(1, i);
-      ring.z[i] = target.points(2, i);
-      ring.strength[i] = target.blend * target.weights[i] * static_cast<float>(options.eta);
-    }
-    const double mass = mesh.masses[ring.vertex];
-    ring.largestDistance = static_cast<float>(
-        tapered ? stableDepthDistance(options, mass, duration) : options.largestDistance);
+  int numPulls = 0;
+  for (const auto& [vertex, target] : inSolverOrder(mesh, targets)) {
+    const double mass = mesh.masses[vertex];
     const double softening = tapered ? stableDepthSoftening(options, mass, duration) : 0.0;
+    Pull pull;
+    pull.vertex = vertex;
+    pull.largestDistance = static_cast<float>(
+        tapered ? stableDepthDistance(options, mass, duration) : options.largestDistance);
     // At d = 0 the literal force has no direction; this keeps 0/0 out.
-    ring.squaredSoftening = std::max(1e-20F, static_cast<float>(softening * softening));
-    rings_.push_back(ring);
-  }
-  const auto earlier = [](const Ring& a, const Ring& b) { return a.vertex < b.vertex; };
-  std::sort(rings_.begin(), rings_.end(), earlier);
-  const auto same = [](const Ring& a, const Ring& b) { return a.vertex == b.vertex; };
-  if (std::adjacent_find(rings_.begin(), rings_.end(), same) != rings_.end()) {
-    throw std::invalid_argument("DepthFittingForce: a vertex has two targets");
+    pull.squaredSoftening = std::max(1e-20F, static_cast<float>(softening * softening));
+    for (int i = 0; i < target->numPoints; ++i) {
+      pull.point = target->points.col(i);
+      pull.strength = target->blend * target->weights[i] * static_cast<float>(options.eta);
+      add(pull, numPulls++ % kLanes);
+    }
   }
 }
 
-Eigen::Vector3f DepthFittingForce::forceOf(
-    const Ring& ring, const Eigen::Vector4f& position) const {
-  const Lanes x = ring.x - position[0];
-  const Lanes y = ring.y - position[1];
-  const Lanes z = ring.z - position[2];
+void DepthFittingForce::add(const Pull& pull, int lane) {
+  if (lane == 0) {
+    blocks_.emplace_back();
+  }
+  Block& block = blocks_.back();
+  block.x[lane] = pull.point.x();
+  block.y[lane] = pull.point.y();
+  block.z[lane] = pull.point.z();
+  block.strength[lane] = pull.strength;
+  block.largestDistance[lane] = pull.largestDistance;
+  block.squaredSoftening[lane] = pull.squaredSoftening;
+  std::fill(block.vertices.begin() + lane, block.vertices.end(), pull.vertex);
+}
+
+Eigen::Matrix<float, 3, DepthFittingForce::kLanes> DepthFittingForce::forcesOf(
+    const Block& block, const Eigen::Matrix4Xf& positions) const {
+  Lanes x, y, z;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto position = positions.col(block.vertices[at(lane)]);
+    x[lane] = position[0];
+    y[lane] = position[1];
+    z[lane] = position[2];
+  }
+  x = block.x - x;
+  y = block.y - y;
+  z = block.z - z;
   const Lanes squared = x * x + y * y + z * z;
   const Lanes distance = squared.sqrt();
-  const Lanes growth = (gamma_ * distance.min(ring.largestDistance)).exp();
+  const Lanes growth = (gamma_ * distance.min(block.largestDistance)).exp();
   const Lanes pull =
       (distance <= gate_)
-          .select(ring.strength * growth / (squared + ring.squaredSoftening).sqrt(), Lanes::Zero());
-  return {(pull * x).sum(), (pull * y).sum(), (pull * z).sum()};
+          .select(
+              block.strength * growth / (squared + block.squaredSoftening).sqrt(), Lanes::Zero());
+  Eigen::Matrix<float, 3, kLanes> forces;
+  forces << (pull * x).transpose(), (pull * y).transpose(), (pull * z).transpose();
+  return forces;
 }
 
 void DepthFittingForce::addTo(
     Eigen::Matrix4Xf& forces, const ClothState& state, VertexRange range) const {
   const auto first = std::lower_bound(
-      rings_.begin(), rings_.end(), range.begin, [](const Ring& ring, Eigen::Index vertex) {
-        return ring.vertex < vertex;
+      blocks_.begin(), blocks_.end(), range.begin, [](const Block& block, Eigen::Index vertex) {
+        return block.vertices.back() < vertex;
       });
-  for (auto ring = first; ring != rings_.end() && ring->vertex < range.end; ++ring) {
-    forces.col(ring->vertex).head<3>() += forceOf(*ring, state.positions.col(ring->vertex));
+  for (auto block = first; block != blocks_.end() && block->vertices[0] < range.end; ++block) {
+    const Eigen::Matrix<float, 3, kLanes> pulls = forcesOf(*block, state.positions);
+    const auto begin = block->vertices.begin();
+    const auto from = std::lower_bound(begin, block->vertices.end(), range.begin);
+    const auto to = std::lower_bound(from, block->vertices.end(), range.end);
+    for (auto vertex = from; vertex != to; ++vertex) {
+      forces.col(*vertex).head<3>() += pulls.col(vertex - begin);
+    }
   }
 }
 

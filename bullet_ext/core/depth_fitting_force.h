@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <vector>
 
 namespace bullet_ext {
@@ -79,20 +80,32 @@ class DepthFittingForce final : public ExternalForce {
   void addTo(Eigen::Matrix4Xf& forces, const ClothState& state, VertexRange range) const override;
 
  private:
-  /// A ring filled up with points of no strength, so that four are done at once.
-  using Lanes = Eigen::Array<float, 12, 1>;
+  static constexpr int kLanes = 8;
+  using Lanes = Eigen::Array<float, kLanes, 1>;
 
-  struct Ring {
-    Lanes x, y, z;   ///< u_i [m]
-    Lanes strength;  ///< ψ η τ(u_i) [N]
-    Eigen::Index vertex = 0;
-    float largestDistance = 0.0F;
-    float squaredSoftening = 0.0F;
+  /// Eight pulls. The last block is filled up with pulls of no strength.
+  struct Block {
+    Lanes x = Lanes::Zero(), y = Lanes::Zero(), z = Lanes::Zero();  ///< u_i [m]
+    Lanes strength = Lanes::Zero();                                 ///< ψ η τ(u_i) [N]
+    Lanes largestDistance = Lanes::Zero();
+    Lanes squaredSoftening = Lanes::Ones();
+    std::array<Eigen::Index, kLanes> vertices = {};
   };
 
-  Eigen::Vector3f forceOf(const Ring& ring, const Eigen::Vector4f& position) const;
+  /// Of one point at a vertex.
+  struct Pull {
+    Eigen::Vector3f point;  ///< u_i [m]
+    float strength = 0.0F;  ///< ψ η τ(u_i) [N]
+    float largestDistance = 0.0F;
+    float squaredSoftening = 0.0F;
+    Eigen::Index vertex = 0;
+  };
 
-  std::vector<Ring> rings_;  ///< ascending vertices in solver order
+  void add(const Pull& pull, int lane);
+  Eigen::Matrix<float, 3, kLanes> forcesOf(
+      const Block& block, const Eigen::Matrix4Xf& positions) const;
+
+  std::vector<Block> blocks_;  ///< ascending vertices in solver order
   float gamma_;
   float gate_;
 };
