@@ -1,5 +1,7 @@
 #include "bullet_ext/core/cloth_integrator.h"
 
+#include "bullet_ext/core/energy_balance.h"
+
 #include <cmath>
 #include <stdexcept>
 
@@ -22,6 +24,10 @@ double SubstepOptions::dampingFactor() const {
 
 SubstepOptions substepFor(const ClothMaterial& material) {
   return {.dampingMode = material.dampingMode, .damping = material.damping};
+}
+
+double ClothIntegrator::elasticEnergy(const ClothState& state) {
+  return bullet_ext::elasticEnergy(mesh(), state);
 }
 
 }  // namespace bullet_ext

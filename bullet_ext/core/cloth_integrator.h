@@ -56,6 +56,9 @@ class ClothIntegrator {
   /// Springs and hinges only: 4 × N [N], solver order.
   virtual Eigen::Matrix4Xf innerForces(const ClothState& state) = 0;
 
+  /// Of springs and hinges [J]; not finite after an explosion.
+  virtual double elasticEnergy(const ClothState& state);
+
  protected:
   ClothIntegrator() = default;
   ClothIntegrator(const ClothIntegrator&) = default;

@@ -121,6 +121,7 @@ FrameReport ClothSimulation::advance(const FrameTiming& timing) {
   FrameReport report = attemptFrom(before, current);
   int redone = 0;
   for (; !report.stable && redone < options_.mostRedos; ++redone) {
+    restore(before);
     current.substeps *= 2;
     report = attemptFrom(before, current);
   }
@@ -144,7 +145,6 @@ void ClothSimulation::restore(const Snapshot& snapshot) {
 /// jerked, is too dear to be looked at in every substep, and seldom matters. So it is done when
 /// there seems to be too much energy.
 FrameReport ClothSimulation::attemptFrom(const Snapshot& before, const FrameTiming& timing) {
-  restore(before);
   const FrameReport report = attempt(timing, Booking::kKinetic);
   if ((report.stable && !seemsToGain()) || !std::isfinite(report.energy.after))
     return report;
@@ -192,6 +192,7 @@ FrameReport ClothSimulation::calmDown(const Snapshot& before, const FrameTiming&
     stepper->setSubstep(substep);
   }
   std::fill(excesses_.begin(), excesses_.end(), 0.0);
+  restore(standing);
   FrameReport report = attemptFrom(standing, timing);
   for (std::size_t i = 0; i < steppers_.size(); ++i)
     steppers_[i]->setSubstep(usual[i]);
@@ -237,7 +238,7 @@ void ClothSimulation::resolveConstraints(int substep, Booking booking) {
     forEachCloth([&](std::size_t i) {
       double energy = accounts_[i].kineticEnergy(states_[i]);
       if (booking == Booking::kWhole)
-        energy += elasticEnergy(steppers_[i]->mesh(), states_[i]);
+        energy += steppers_[i]->elasticEnergy(states_[i]);
       accounts_[i].bookConstraints(sign * energy);
     });
   };

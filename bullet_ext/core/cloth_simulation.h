@@ -124,6 +124,7 @@ class ClothSimulation {
   /// Which of the energies that constraints change are booked.
   enum class Booking { kKinetic, kWhole };
 
+  /// The states are `before` when it is called.
   FrameReport attemptFrom(const Snapshot& before, const FrameTiming& timing);
   FrameReport attempt(const FrameTiming& timing, Booking booking);
   bool seemsToGain() const;

@@ -94,6 +94,18 @@ Eigen::Matrix4Xf ClothStepper::innerForces(const ClothState& state) {
   return forces_;
 }
 
+double ClothStepper::elasticEnergy(const ClothState& state) {
+  requireSize(mesh_, state);
+  if (domains_.empty()) {
+    return ClothIntegrator::elasticEnergy(state);
+  }
+  if (!whole_) {
+    whole_.emplace(mesh_, VertexRange{0, mesh_.numVertices()});
+  }
+  return wideElasticEnergy(
+      whole_->domain(), state.positions.data(), mesh_.material.limitCompressedTorsion);
+}
+
 void ClothStepper::step(ClothState& state, std::span<const ExternalForce* const> externalForces) {
   requireSize(mesh_, state);
   if (domains_.empty()) {

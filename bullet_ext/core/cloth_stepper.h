@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,7 @@ class ClothStepper final : public ClothIntegrator {
   void setSubstep(const SubstepOptions& substep) override;
   void step(ClothState& state, std::span<const ExternalForce* const> externalForces) override;
   Eigen::Matrix4Xf innerForces(const ClothState& state) override;
+  double elasticEnergy(const ClothState& state) override;
 
  private:
   void stepPortable(ClothState& state, std::span<const ExternalForce* const> externalForces);
@@ -73,6 +75,7 @@ class ClothStepper final : public ClothIntegrator {
   Eigen::RowVectorXf forceFactors_;     ///< N [s/kg]
   Eigen::Matrix4Xf forces_;             ///< 4 × N [N]
   std::vector<WideCloth> domains_;      ///< empty: portable
+  std::optional<WideCloth> whole_;      ///< for sums that don't depend on the domains
   std::unique_ptr<ThreadTeam> own_;
   ThreadTeam* team_ = nullptr;  ///< a thread per domain; null for one domain
   /// Where several domains write: their neighbours still read the old positions.

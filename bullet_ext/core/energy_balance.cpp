@@ -61,7 +61,7 @@ void EnergyAccount::open(
     std::span<const ExternalForce* const> forces,
     bool pinsMove) {
   if (!elastic_)
-    elastic_ = elasticEnergy(mesh_, state);
+    elastic_ = integrator.elasticEnergy(state);
   balance_ = {.before = *elastic_ + kineticEnergy(state)};
   startPositions_ = state.positions;
   followedPositions_.resize(4, 0);
@@ -87,7 +87,7 @@ const EnergyBalance& EnergyAccount::close(
     ClothIntegrator& integrator,
     const ClothState& state,
     std::span<const ExternalForce* const> forces) {
-  elastic_ = elasticEnergy(mesh_, state);
+  elastic_ = integrator.elasticEnergy(state);
   balance_.after = *elastic_ + kineticEnergy(state);
   const Eigen::Matrix4Xf endForces = externalForces(state, forces);
   for (Eigen::Index i = 0; i < freeMasses_.size(); ++i) {

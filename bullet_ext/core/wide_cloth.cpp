@@ -157,6 +157,9 @@ void WideCloth::packEdges(const ClothMesh& mesh, const Elements& elements) {
       edgeEnds_[rowOffset(i, 4, 2 + end)] =
           vectorOffset(elements.localFace[at(face)], kNormalStride);
     }
+    if (at(i) >= elements.edges.size()) {
+      continue;  // a copy without stiffness, so without energy
+    }
     setRest(kHalfStiffness, mesh.springStiffness[edge] * (hinge < 0 ? 0.5 : 0.25));
     setRest(kRestLength, mesh.springRestLengths[edge]);
     if (hinge >= 0) {

@@ -77,6 +77,9 @@ bool wideKernelsSupported();
 /// Fills the domain's normals, edge states and corner forces.
 void computeWideForces(const WideDomain& domain, const float* positions, bool limitTorsion);
 
+/// Of all edges of the domain [J]. Changes its normals.
+double wideElasticEnergy(const WideDomain& domain, const float* positions, bool limitTorsion);
+
 /// Adds up the corner forces of the domain's vertices and moves them.
 void integrateWide(const WideDomain& domain, const WideSubstep& substep);
 

@@ -11,6 +11,10 @@ void computeWideForces(const WideDomain& /*domain*/, const float* /*positions*/,
   throw std::logic_error("computeWideForces: not for this processor");
 }
 
+double wideElasticEnergy(const WideDomain& /*domain*/, const float* /*positions*/, bool /*limit*/) {
+  throw std::logic_error("wideElasticEnergy: not for this processor");
+}
+
 void integrateWide(const WideDomain& /*domain*/, const WideSubstep& /*substep*/) {
   throw std::logic_error("integrateWide: not for this processor");
 }

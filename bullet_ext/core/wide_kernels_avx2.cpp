@@ -4,7 +4,10 @@
 #include <immintrin.h>
 
 // Compiled with AVX2 and FMA; nothing but intrinsics and our own functions of internal linkage
-// here.
+// here. What returns several registers is inlined whatever the compiler thinks of its size: it
+// would return them through memory.
+#define KERNEL_PART [[gnu::always_inline]] inline
+
 namespace bullet_ext {
 namespace {
 
@@ -56,12 +59,12 @@ struct Rows {
   __m256 xy01, zw01, xy23, zw23;
 };
 
-__m256 loadPair(const float* base, std::int32_t low, std::int32_t high) {
+KERNEL_PART __m256 loadPair(const float* base, std::int32_t low, std::int32_t high) {
   return _mm256_insertf128_ps(
       _mm256_castps128_ps256(_mm_load_ps(base + low)), _mm_load_ps(base + high), 1);
 }
 
-Rows loadRows(const float* base, const std::int32_t* offsets) {
+KERNEL_PART Rows loadRows(const float* base, const std::int32_t* offsets) {
   const __m256 r0 = loadPair(base, offsets[0], offsets[4]);
   const __m256 r1 = loadPair(base, offsets[1], offsets[5]);
   const __m256 r2 = loadPair(base, offsets[2], offsets[6]);
@@ -73,24 +76,24 @@ Rows loadRows(const float* base, const std::int32_t* offsets) {
       _mm256_unpackhi_ps(r2, r3)};
 }
 
-Vector8 transposed(const Rows& rows) {
+KERNEL_PART Vector8 transposed(const Rows& rows) {
   return {
       _mm256_shuffle_ps(rows.xy01, rows.xy23, 0x44),
       _mm256_shuffle_ps(rows.xy01, rows.xy23, 0xEE),
       _mm256_shuffle_ps(rows.zw01, rows.zw23, 0x44)};
 }
 
-Vector8 loadVectors(const float* base, const std::int32_t* offsets) {
+KERNEL_PART Vector8 loadVectors(const float* base, const std::int32_t* offsets) {
   return transposed(loadRows(base, offsets));
 }
 
-Vector8W loadVectorsW(const float* base, const std::int32_t* offsets) {
+KERNEL_PART Vector8W loadVectorsW(const float* base, const std::int32_t* offsets) {
   const Rows rows = loadRows(base, offsets);
   return {transposed(rows), _mm256_shuffle_ps(rows.zw01, rows.zw23, 0xEE)};
 }
 
 /// In the order of kVectorSlots.
-void storeVectors(float* to, const Vector8& v, __m256 w) {
+KERNEL_PART void storeVectors(float* to, const Vector8& v, __m256 w) {
   const __m256 xyLow = _mm256_unpacklo_ps(v.x, v.y);
   const __m256 xyHigh = _mm256_unpackhi_ps(v.x, v.y);
   const __m256 zwLow = _mm256_unpacklo_ps(v.z, w);
@@ -105,12 +108,12 @@ struct Pair8 {
   __m256 first, second;
 };
 
-__m128 loadTwoPairs(const float* base, std::int32_t low, std::int32_t high) {
+KERNEL_PART __m128 loadTwoPairs(const float* base, std::int32_t low, std::int32_t high) {
   const __m128d first = _mm_load_sd(reinterpret_cast<const double*>(base + low));
   return _mm_castpd_ps(_mm_loadh_pd(first, reinterpret_cast<const double*>(base + high)));
 }
 
-Pair8 loadPairs(const float* base, const std::int32_t* offsets) {
+KERNEL_PART Pair8 loadPairs(const float* base, const std::int32_t* offsets) {
   const __m256 low = _mm256_insertf128_ps(
       _mm256_castps128_ps256(loadTwoPairs(base, offsets[0], offsets[1])),
       loadTwoPairs(base, offsets[4], offsets[5]),
@@ -123,7 +126,7 @@ Pair8 loadPairs(const float* base, const std::int32_t* offsets) {
 }
 
 /// In the order of kPairSlots.
-void storePairs(float* to, const Pair8& pairs) {
+KERNEL_PART void storePairs(float* to, const Pair8& pairs) {
   _mm256_store_ps(to, _mm256_unpacklo_ps(pairs.first, pairs.second));
   _mm256_store_ps(to + 8, _mm256_unpackhi_ps(pairs.first, pairs.second));
 }
@@ -206,32 +209,84 @@ bool normalBlock(const WideDomain& domain, const float* positions, std::ptrdiff_
   return narrow;
 }
 
+/// Eight edges, their lengths and how far their hinges are turned.
+struct Edges {
+  Vector8 vector;
+  __m256 length;
+  __m256 turn;      ///< α − α0 [rad]
+  __m256 weakened;  ///< factor of the torsion
+};
+
 template <bool kLimited>
-void edgeBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
+KERNEL_PART Edges edgesOf(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
   const std::int32_t* ends = domain.edgeEnds + 32 * block;
   const float* rest = domain.edgeRest + 8 * kEdgeRestRows * block;
-  const __m256 one = constant(1.0F);
-  const Vector8 edge = loadVectors(positions, ends + 8) - loadVectors(positions, ends);
+  Edges edges = {};
+  edges.vector = loadVectors(positions, ends + 8) - loadVectors(positions, ends);
   const Vector8W normal1 = loadVectorsW(domain.normals, ends + 16);
   const Vector8W normal2 = loadVectorsW(domain.normals, ends + 24);
+  edges.length = _mm256_sqrt_ps(_mm256_max_ps(dot(edges.vector, edges.vector), constant(1e-20F)));
+  const __m256 angle = signedAngle(
+      dot(cross(normal1.xyz, normal2.xyz), edges.vector),
+      dot(normal1.xyz, normal2.xyz),
+      edges.length);
+  edges.turn = angleDifference(angle, _mm256_load_ps(rest + 8 * kRestAngle));
+  if constexpr (kLimited) {
+    edges.weakened = _mm256_mul_ps(normal1.w, normal2.w);
+  }
+  return edges;
+}
 
-  const __m256 squaredLength = _mm256_max_ps(dot(edge, edge), constant(1e-20F));
-  const __m256 length = _mm256_sqrt_ps(squaredLength);
-  const __m256 inverseLength = _mm256_div_ps(one, length);
+template <bool kLimited>
+void edgeBlock(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
+  const float* rest = domain.edgeRest + 8 * kEdgeRestRows * block;
+  const __m256 one = constant(1.0F);
+  const Edges edges = edgesOf<kLimited>(domain, positions, block);
+  const __m256 inverseLength = _mm256_div_ps(one, edges.length);
   const __m256 spring = _mm256_mul_ps(
       _mm256_load_ps(rest + 8 * kHalfStiffness),
       _mm256_fnmadd_ps(_mm256_load_ps(rest + 8 * kRestLength), inverseLength, one));
-
-  const __m256 angle = signedAngle(
-      dot(cross(normal1.xyz, normal2.xyz), edge), dot(normal1.xyz, normal2.xyz), length);
-  const __m256 difference = angleDifference(angle, _mm256_load_ps(rest + 8 * kRestAngle));
-  __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), difference);
+  __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), edges.turn);
   if constexpr (kLimited) {
-    moment = _mm256_mul_ps(moment, _mm256_mul_ps(normal1.w, normal2.w));
-    const __m256 energy = _mm256_mul_ps(_mm256_mul_ps(constant(0.5F), moment), difference);
+    moment = _mm256_mul_ps(moment, edges.weakened);
+    const __m256 energy = _mm256_mul_ps(_mm256_mul_ps(constant(0.5F), moment), edges.turn);
     storeSingles(domain.edgeEnergies + 8 * block, energy);
   }
   storePairs(domain.edgeStates + 16 * block, {spring, _mm256_mul_ps(moment, inverseLength)});
+}
+
+/// Energies of eight springs, k/4 (l − l0)², and of their hinges. Where there is no hinge both
+/// normals are the same, and kHalfStiffness is twice what it is elsewhere.
+template <bool kLimited>
+__m256 edgeEnergies(const WideDomain& domain, const float* positions, std::ptrdiff_t block) {
+  const float* rest = domain.edgeRest + 8 * kEdgeRestRows * block;
+  const auto* normals = reinterpret_cast<const __m256i*>(domain.edgeEnds + 32 * block + 16);
+  const Edges edges = edgesOf<kLimited>(domain, positions, block);
+  const __m256 single = _mm256_castsi256_ps(
+      _mm256_cmpeq_epi32(_mm256_load_si256(normals), _mm256_load_si256(normals + 1)));
+  const __m256 stiffness = _mm256_mul_ps(
+      _mm256_load_ps(rest + 8 * kHalfStiffness),
+      _mm256_blendv_ps(constant(1.0F), constant(0.5F), single));
+  const __m256 extension = _mm256_sub_ps(edges.length, _mm256_load_ps(rest + 8 * kRestLength));
+  __m256 moment = _mm256_mul_ps(_mm256_load_ps(rest + 8 * kTorsion), edges.turn);
+  if constexpr (kLimited) {
+    moment = _mm256_mul_ps(moment, edges.weakened);
+  }
+  const __m256 torsion = _mm256_mul_ps(_mm256_mul_ps(constant(0.5F), moment), edges.turn);
+  return _mm256_fmadd_ps(_mm256_mul_ps(stiffness, extension), extension, torsion);
+}
+
+template <bool kLimited>
+double sumOfEdgeEnergies(const WideDomain& domain, const float* positions) {
+  __m256d sum = _mm256_setzero_pd();
+  for (std::ptrdiff_t block = 0; block < domain.edgeBlocks; ++block) {
+    const __m256 energies = edgeEnergies<kLimited>(domain, positions, block);
+    sum = _mm256_add_pd(sum, _mm256_cvtps_pd(_mm256_castps256_ps128(energies)));
+    sum = _mm256_add_pd(sum, _mm256_cvtps_pd(_mm256_extractf128_ps(energies, 1)));
+  }
+  alignas(32) double parts[4];
+  _mm256_store_pd(parts, sum);
+  return (parts[0] + parts[1]) + (parts[2] + parts[3]);
 }
 
 /// Pulls along the edges ab, bc and ca, for the limit's part of the forces.
@@ -311,6 +366,16 @@ void cornerBlock(const WideDomain& domain, const float* positions, std::ptrdiff_
   storeVectors(forces + 64, negativeMultiplyAdd(_mm256_sub_ps(p, q), direction, onC), zero);
 }
 
+/// Whether any triangle is narrow enough to weaken its hinges.
+bool computeNormals(const WideDomain& domain, const float* positions, bool limitTorsion) {
+  const auto normals = limitTorsion ? normalBlock<true> : normalBlock<false>;
+  bool narrow = false;
+  for (std::ptrdiff_t block = 0; block < domain.normalBlocks; ++block) {
+    narrow |= normals(domain, positions, block);
+  }
+  return narrow;
+}
+
 template <bool kForwardEuler, bool kExternal>
 void moveVertex(const WideSubstep& substep, std::ptrdiff_t vertex, __m128 force) {
   if constexpr (kExternal) {
@@ -355,11 +420,7 @@ void moveVertices(const WideDomain& domain, const WideSubstep& substep) {
 }  // namespace
 
 void computeWideForces(const WideDomain& domain, const float* positions, bool limitTorsion) {
-  const auto normals = limitTorsion ? normalBlock<true> : normalBlock<false>;
-  bool narrow = false;
-  for (std::ptrdiff_t block = 0; block < domain.normalBlocks; ++block) {
-    narrow |= normals(domain, positions, block);
-  }
+  const bool narrow = computeNormals(domain, positions, limitTorsion);
   const auto edges = narrow ? edgeBlock<true> : edgeBlock<false>;
   for (std::ptrdiff_t block = 0; block < domain.edgeBlocks; ++block) {
     edges(domain, positions, block);
@@ -368,6 +429,12 @@ void computeWideForces(const WideDomain& domain, const float* positions, bool li
   for (std::ptrdiff_t block = 0; block < domain.forceBlocks; ++block) {
     corners(domain, positions, block);
   }
+}
+
+double wideElasticEnergy(const WideDomain& domain, const float* positions, bool limitTorsion) {
+  return computeNormals(domain, positions, limitTorsion)
+             ? sumOfEdgeEnergies<true>(domain, positions)
+             : sumOfEdgeEnergies<false>(domain, positions);
 }
 
 void integrateWide(const WideDomain& domain, const WideSubstep& substep) {
