@@ -11,7 +11,8 @@
 namespace bullet_ext {
 namespace {
 
-constexpr float kFar = 0.25F;  ///< clearances beyond are not told apart [m]
+constexpr float kFar = 0.25F;       ///< clearances beyond are not told apart [m]
+constexpr float kRounding = 1e-5F;  ///< of sums of up to a hundred motions [m]
 
 Eigen::Matrix3f cornersOf(const ClothMesh& mesh, const Eigen::Matrix4Xf& vectors, int face) {
   Eigen::Matrix3f corners;
@@ -19,6 +20,15 @@ Eigen::Matrix3f cornersOf(const ClothMesh& mesh, const Eigen::Matrix4Xf& vectors
     corners.col(k) = vectors.col(mesh.faces(k, face)).head<3>();
   }
   return corners;
+}
+
+/// No vertex has moved farther [m]: the diagonal of the box around all displacements' amounts.
+float largestMotion(const Eigen::Matrix4Xf& from, const Eigen::Matrix4Xf& to) {
+  Eigen::Array4f largest = Eigen::Array4f::Zero();
+  for (Eigen::Index v = 0; v < from.cols(); ++v) {
+    largest = largest.max((to.col(v) - from.col(v)).array().abs());
+  }
+  return largest.matrix().norm();
 }
 
 /// For each vertex a face that has it and the corner, −1 without one.
@@ -98,14 +108,13 @@ void SmallPartContact::beginFrame(
       near_.push_back({.vertex = v, .face = faceOf[at(v)].first, .corner = faceOf[at(v)].second});
     }
   }
+  // Else what happened between two frames isn't known.
+  const bool known =
+      before_.cols() > 0 && surface_.continuesLastFrame() && before_ == state.positions;
   before_ = state.positions;
-  bodySpeed_ = 0.0;
-  for (const int v : vertices_) {
-    bodySpeed_ = std::max(bodySpeed_, static_cast<double>(surface_.velocities().col(v).norm()));
-  }
-  // What happened between two frames isn't known.
   for (Near& near : near_) {
-    near.validUntil = -1.0;
+    near.speed = surface_.velocities().col(near.vertex).norm();
+    near.slack = known ? near.slack : -1.0F;
   }
 }
 
@@ -115,13 +124,13 @@ SmallPartCounts SmallPartContact::resolve(ClothState& state, int substep) {
     return counts;
   }
   const auto time = static_cast<float>(substepDuration_ * (substep + 1));
-  clothMotion_ += static_cast<double>(
-      std::sqrt((state.positions - before_).colwise().squaredNorm().maxCoeff()));
-  bodyMotion_ += bodySpeed_ * substepDuration_;
-  const double motion = clothMotion_ + bodyMotion_;
-  if (std::any_of(near_.begin(), near_.end(), [&](const Near& near) {
-        return !(motion <= near.validUntil);
-      })) {
+  const float motion = largestMotion(before_, state.positions);
+  bool usedUp = false;
+  for (Near& near : near_) {
+    near.slack -= motion + near.speed * static_cast<float>(substepDuration_);
+    usedUp = usedUp || !(near.slack >= 0.0F);
+  }
+  if (usedUp) {
     renewLists(state, time, counts);
   }
   before_ = state.positions;
@@ -152,9 +161,8 @@ void SmallPartContact::renewLists(const ClothState& state, float time, SmallPart
   } else {
     tree_.emplace(boxes_);
   }
-  const double motion = clothMotion_ + bodyMotion_;
   for (Near& near : near_) {
-    if (near.validUntil - motion > 0.5 * static_cast<double>(margin)) {
+    if (near.slack > 0.5F * margin) {
       continue;
     }
     Eigen::Array4f x = Eigen::Array4f::Zero();
@@ -162,7 +170,7 @@ void SmallPartContact::renewLists(const ClothState& state, float time, SmallPart
     near.faces.clear();
     tree_->collect({}, {x - reach, x + reach}, near.faces);
     const float known = near.faces.empty() ? tree_->clearance({}, {x, x}, kFar) : reach;
-    near.validUntil = motion + static_cast<double>(known) - options_.thickness;
+    near.slack = known - static_cast<float>(options_.thickness) - kRounding;
     ++counts.listRebuilds;
   }
 }

@@ -37,9 +37,9 @@ struct SmallPartCounts {
 /// momentum changes by what a force at that point would change. A triangle that is deeper than the
 /// thickness behind a body vertex belongs to another side of the part and is left alone.
 ///
-/// Each body vertex has a list of the triangles within a reach, and the cloth's motion since, the
-/// sum over substeps of the largest displacement, and its own tell when the list must be made
-/// again.
+/// Each body vertex has a list of the triangles within a reach. The cloth's motion since, the sum
+/// over substeps of a bound of the largest displacement, and its own tell when the list must be
+/// made again; where neither has been moved between two frames, lists survive them.
 class SmallPartContact {
  public:
   /// Keeps references to both. Throws std::invalid_argument for invalid options.
@@ -59,7 +59,8 @@ class SmallPartContact {
     int vertex = -1;
     int face = -1;                    ///< one of the surface that has the vertex,
     int corner = 0;                   ///< as this corner
-    double validUntil = -1.0;         ///< sum of motions [m]
+    float speed = 0.0F;               ///< in this frame [m/s]
+    float slack = -1.0F;              ///< relative motion that is still allowed for [m]
     std::vector<std::int32_t> faces;  ///< of the cloth
   };
 
@@ -72,10 +73,7 @@ class SmallPartContact {
   double substepDuration_ = 0.0;
   std::vector<int> vertices_;
   std::vector<Near> near_;
-  Eigen::Matrix4Xf before_;   ///< the cloth's positions after the last substep
-  double clothMotion_ = 0.0;  ///< since the first frame [m]
-  double bodySpeed_ = 0.0;    ///< of the fastest of the vertices in this frame [m/s]
-  double bodyMotion_ = 0.0;   ///< since the first frame [m]
+  Eigen::Matrix4Xf before_;  ///< the cloth's positions after the last substep
   std::vector<MovingBox> boxes_;
   std::optional<MovingBoxTree> tree_;
 };
