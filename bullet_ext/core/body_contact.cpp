@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 
@@ -25,6 +26,14 @@ const ContactKernels& kernelsFor(const BodyContactOptions& options) {
   return options.kernels != ClothKernels::kPortable && wideKernelsSupported()
              ? wideContactKernels()
              : portableContactKernels();
+}
+
+/// Proves nothing any more.
+void clearRadii(ContactCluster& cluster) {
+  std::fill(std::begin(cluster.freeRadius[0]), std::end(cluster.freeRadius[0]), -1.0F);
+  std::fill(std::begin(cluster.freeRadius[1]), std::end(cluster.freeRadius[1]), 0.0F);
+  std::fill(std::begin(cluster.soleRadius[0]), std::end(cluster.soleRadius[0]), -1.0F);
+  std::fill(std::begin(cluster.soleRadius[1]), std::end(cluster.soleRadius[1]), 0.0F);
 }
 
 /// The vectors of eight vertices where they are, or a copy, completed with the last one's where the
@@ -104,12 +113,7 @@ void BodyContact::beginFrame(const ClothState& state, double substepDuration, in
       "body contact: the substeps must last as long as the surface's frame");
   substepDuration_ = substepDuration;
   numSubsteps_ = numSubsteps;
-  // On a surface that stands still nothing that was proved depends on time.
-  const bool holds = surface_.stillStands() && lastFrame_ >= surface_.numFrames() - 1;
-  lastFrame_ = surface_.numFrames();
-  for (ContactGroup& group : groups_) {
-    group.stale = group.stale || !holds;
-  }
+  keepLists();
   // Moved by somebody else since the last frame, by more than what stays outside.
   const auto limit = static_cast<float>(0.5 * options_.thickness);
   for (Eigen::Index v = 0; v < state.positions.cols(); ++v) {
@@ -119,6 +123,25 @@ void BodyContact::beginFrame(const ClothState& state, double substepDuration, in
     }
   }
   lastPositions_.setConstant(std::numeric_limits<float>::quiet_NaN());
+}
+
+/// On a surface that stands still nothing that was proved depends on time. Where it has just
+/// stopped, lists hold as they were at the end of its motion, but not the certificates.
+void BodyContact::keepLists() {
+  constexpr float kRounding = 1e-6F;  // of where the last frame ended [m]
+  const bool wasThere = lastFrame_ >= surface_.numFrames() - 1;
+  const bool holds = surface_.stillStands() && wasThere;
+  const bool listsHold = surface_.stops() && wasThere;
+  for (std::size_t i = 0; i < groups_.size() && !holds; ++i) {
+    ContactGroup& group = groups_[i];
+    group.stale = group.stale || !listsHold;
+    group.centres.colwise() += lastDuration_ * group.velocity;
+    group.velocity.setZero();
+    group.reach -= kRounding;
+    clearRadii(clusters_[i]);
+  }
+  lastFrame_ = surface_.numFrames();
+  lastDuration_ = surface_.duration();
 }
 
 void BodyContact::forget(Eigen::Index vertex) {

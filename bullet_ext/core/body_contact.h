@@ -89,6 +89,7 @@ class BodyContact {
 
   void requireFits(const Eigen::Matrix4Xf& positions, const Eigen::Matrix4Xf& velocities) const;
   void forget(Eigen::Index vertex);
+  void keepLists();
 
   /// Whether anybody was moved.
   bool resolveGroup(
@@ -102,7 +103,8 @@ class BodyContact {
   const ContactKernels& kernels_;
   double substepDuration_ = 0.0;
   int numSubsteps_ = 0;
-  int lastFrame_ = 0;  ///< of the surface: its number
+  int lastFrame_ = 0;          ///< of the surface: its number
+  float lastDuration_ = 0.0F;  ///< [s]
   std::vector<ContactGroup> groups_;
   CacheLineVector<ContactCluster> clusters_;
   Eigen::Matrix4Xf lastPositions_;  ///< 4 × N after the last frame; NaN: unknown

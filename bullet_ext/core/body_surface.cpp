@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace bullet_ext {
 namespace {
@@ -70,6 +71,7 @@ BodySurface::BodySurface(const Eigen::Matrix3Xi& faces, Eigen::Index numVertices
   start_.setZero(3, numVertices);
   end_.setZero(3, numVertices);
   velocities_.setZero(3, numVertices);
+  traits_.resize(at(faces.cols()));
   for (Eigen::Index i = 0; i < faces_.size(); ++i) {
     ++firstFaceOfVertex_[at(faces_(i)) + 1];
   }
@@ -99,12 +101,14 @@ void BodySurface::setFrame(
     return;
   }
   start_ = start.cast<float>();
+  const bool startKnown = numFrames_ > 0 && start_ == end_;
+  stops_ = startKnown && start == end;
   continuesLastFrame_ = numFrames_ > 0 && (start_ - end_).cwiseAbs().maxCoeff() <= 1e-5F;
   end_ = end.cast<float>();
   velocities_ = ((end - start) / duration).cast<float>();
   ++numFrames_;
   packTriangles();
-  findTraits();
+  findTraits(startKnown);
   updateTree();
 }
 
@@ -133,20 +137,30 @@ bool BodySurface::isSharpVertex(int vertex, const Eigen::Matrix3Xf& normals) con
   return std::any_of(begin, end, [&](int f) { return !(normals.col(f).dot(mean) > least); });
 }
 
-void BodySurface::findTraits() {
-  std::vector<std::uint8_t> vertexIsSharp(at(numVertices()), 0);
-  traits_.assign(at(numFaces()), kDegenerate);
-  for (const Eigen::Matrix3Xf* vertices : {&start_, &end_}) {
-    const Eigen::Matrix3Xf normals = unitNormals(faces_, *vertices);
-    for (int v = 0; v < numVertices(); ++v) {
-      vertexIsSharp[at(v)] |= static_cast<std::uint8_t>(isSharpVertex(v, normals));
-    }
-    for (int f = 0; f < numFaces(); ++f) {
-      traits_[at(f)] = normals.col(f).isZero() ? traits_[at(f)] : std::uint8_t{0};
-    }
+BodySurface::PoseTraits BodySurface::traitsOf(const Eigen::Matrix3Xf& vertices) const {
+  const Eigen::Matrix3Xf normals = unitNormals(faces_, vertices);
+  PoseTraits traits;
+  for (int v = 0; v < numVertices(); ++v) {
+    traits.vertexIsSharp.push_back(static_cast<std::uint8_t>(isSharpVertex(v, normals)));
+  }
+  for (int f = 0; f < numFaces(); ++f) {
+    traits.faceHasArea.push_back(static_cast<std::uint8_t>(!normals.col(f).isZero()));
+  }
+  return traits;
+}
+
+/// Of the frame, from those of its ends; that of the last frame may be this one's start.
+void BodySurface::findTraits(bool startKnown) {
+  const PoseTraits start = startKnown ? std::move(endTraits_) : traitsOf(start_);
+  endTraits_ = start_ == end_ ? start : traitsOf(end_);
+  for (Eigen::Index f = 0; f < numFaces(); ++f) {
+    const bool hasArea = start.faceHasArea[at(f)] != 0 || endTraits_.faceHasArea[at(f)] != 0;
+    traits_[at(f)] = hasArea ? std::uint8_t{0} : kDegenerate;
   }
   for (Eigen::Index i = 0; i < faces_.size(); ++i) {
-    traits_[at(i / 3)] |= vertexIsSharp[at(faces_(i))] != 0 ? kSharp : std::uint8_t{0};
+    const std::size_t v = at(faces_(i));
+    const bool sharp = start.vertexIsSharp[v] != 0 || endTraits_.vertexIsSharp[v] != 0;
+    traits_[at(i / 3)] |= sharp ? kSharp : std::uint8_t{0};
   }
 }
 

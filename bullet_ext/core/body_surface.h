@@ -53,6 +53,9 @@ class BodySurface {
   /// was known about it then still holds.
   bool stillStands() const { return stillStands_; }
 
+  /// Whether the surface stands still exactly where the frame before ended.
+  bool stops() const { return stops_; }
+
   float duration() const { return duration_; }  ///< [s]
 
   const Eigen::Matrix3Xi& faces() const { return faces_; }
@@ -99,10 +102,16 @@ class BodySurface {
       const Eigen::Vector3f& facing = Eigen::Vector3f::Zero()) const;
 
  private:
+  /// What is known of a surface in one pose.
+  struct PoseTraits {
+    std::vector<std::uint8_t> vertexIsSharp, faceHasArea;
+  };
+
   Eigen::Vector3f normal(int face, TriangleFeature feature, float time) const;
   void packTriangles();
   bool isSharpVertex(int vertex, const Eigen::Matrix3Xf& normals) const;
-  void findTraits();
+  PoseTraits traitsOf(const Eigen::Matrix3Xf& vertices) const;
+  void findTraits(bool startKnown);
   void updateTree();
 
   Eigen::Matrix3Xi faces_;
@@ -112,7 +121,9 @@ class BodySurface {
   int numFrames_ = 0;
   bool continuesLastFrame_ = false;
   bool stillStands_ = false;
+  bool stops_ = false;
   CacheLineVector<float> triangles_;
+  PoseTraits endTraits_;
   std::vector<std::uint8_t> traits_;
   std::vector<MovingBox> boxes_;
   std::optional<MovingBoxTree> tree_;

@@ -310,6 +310,21 @@ TEST(BodyContact, keepsWhatItKnowsOfASurfaceThatStandsStill) {
   EXPECT_LT(difference.position, 1e-6);  // float, as above
 }
 
+TEST(BodyContact, keepsItsListsOfASurfaceThatStops) {
+  constexpr double kFrame = 25 * kBodySubstep;
+  const auto stopAndGo = [](double time) {  // moves in every second frame
+    const auto frames = static_cast<int>(std::lround(time / kFrame));
+    return test::figureAt(kFrame * ((frames + 1) / 2), {}).vertices;
+  };
+  Scene scene = sceneOf(test::tightTube(20, 10, 0.001), test::figureAt(0.0, {}), stopAndGo);
+  scene.options.slack = 0.0;
+  scene.substepsPerFrame = 25;
+  const Difference difference = differenceFromSlow(scene, 6);
+  EXPECT_GT(difference.contacts, 100);
+  EXPECT_LT(difference.position, 1e-6);  // float, as above
+  EXPECT_LT(difference.velocity, 1e-3);
+}
+
 TEST(BodyContact, frictionTakesNoMoreMomentumThanCoulombAllows) {
   Scene scene = inclinedPlane(0.0, 0.3);
   scene.state.velocities.row(0).setConstant(1.0F);
