@@ -34,15 +34,22 @@ class RigidRayCallback final : public btCollisionWorld::ClosestRayResultCallback
 /// Velocities, damping and forces of a fit, and after it, whatever happens, those from before.
 class CaptureWorld::FitPass {
  public:
+  /// `own` are the fit's velocities, none to begin from rest; what they are at its end goes there.
   FitPass(
       ClothSimulation& simulation,
       const std::vector<const ExternalForce*>& forces,
-      const FitOptions& options)
-      : simulation_(simulation), forces_(forces) {
+      const FitOptions& options,
+      std::vector<Eigen::Matrix4Xf>& own)
+      : simulation_(simulation), forces_(forces), own_(own) {
+    const bool goesOn = !own_.empty();
+    own_.resize(static_cast<std::size_t>(simulation_.numCloths()));
     for (int i = 0; i < simulation_.numCloths(); ++i) {
       ClothState state = simulation_.state(i);
       velocities_.push_back(state.velocities);
-      state.velocities.setZero();
+      if (goesOn)
+        state.velocities = own_[static_cast<std::size_t>(i)];
+      else
+        state.velocities.setZero();
       simulation_.setState(i, std::move(state));
       simulation_.setDamping(i, DampingMode::kPerSubstep, options.damping);
       if (forceOn(i) != nullptr)
@@ -53,6 +60,7 @@ class CaptureWorld::FitPass {
   ~FitPass() {
     for (int i = 0; i < simulation_.numCloths(); ++i) {
       ClothState state = simulation_.state(i);
+      own_[static_cast<std::size_t>(i)] = state.velocities;
       state.velocities = velocities_[static_cast<std::size_t>(i)];
       simulation_.setState(i, std::move(state));
       const ClothMaterial& material = simulation_.mesh(i).material;
@@ -72,6 +80,7 @@ class CaptureWorld::FitPass {
 
   ClothSimulation& simulation_;
   const std::vector<const ExternalForce*>& forces_;
+  std::vector<Eigen::Matrix4Xf>& own_;
   std::vector<Eigen::Matrix4Xf> velocities_;
 };
 
@@ -134,7 +143,10 @@ void CaptureWorld::addClothContact(const CaptureSetup& setup) {
          .friction = mesh(i).material.friction});
   auto contact = std::make_unique<ClothContact>(
       garments,
-      ClothContactOptions{.self = setup.selfContact, .between = setup.garmentContact},
+      ClothContactOptions{
+          .self = setup.selfContact,
+          .between = setup.garmentContact,
+          .interval = setup.contactInterval},
       &solver_.simulation().team());
   clothContact_ = contact.get();
   solver_.simulation().addConstraint(std::move(contact));
@@ -199,7 +211,9 @@ FrameReport CaptureWorld::fit(
   moveBody(bodyVertices_, timing.duration);
   FrameReport report;
   {
-    const FitPass pass(solver_.simulation(), forces, options);
+    if (!options.goesOn)
+      fitVelocities_.clear();
+    const FitPass pass(solver_.simulation(), forces, options, fitVelocities_);
     report = solver_.simulation().advance(timing);
   }
   solver_.showStates();

@@ -38,6 +38,7 @@ struct CaptureSetup {
   bool bodyContact = true;           ///< cloth stays outside the body, if there is one
   bool selfContact = false;          ///< garments don't pass through themselves
   bool garmentContact = false;       ///< nor through each other
+  double contactInterval = 0.0;      ///< [s], of both: ClothContactOptions::interval
   bool rigidBodies = false;          ///< rigid bodies of bulletWorld() push cloth and are pushed
   Eigen::Vector3d gravity = Eigen::Vector3d(0.0, -9.81, 0.0);  ///< [m/s²]
   std::optional<WindOptions> wind;
@@ -50,6 +51,7 @@ struct FitOptions {
   int iterations = 100;                   ///< 1 … 1000000 substeps
   double substepDuration = 1.0 / 3000.0;  ///< [s]
   double damping = 0.1;                   ///< per substep, 0 … 1
+  bool goesOn = false;  ///< with the velocities at the end of the last fit, not from rest
 };
 
 /// What a ray meets first.
@@ -90,9 +92,10 @@ class CaptureWorld {
   FrameReport step(const Eigen::Matrix3Xd& bodyVertices, double duration, int substeps);
 
   /// Lets extra forces (one per garment, null: none) pull the cloth with the body and rigid bodies
-  /// at rest where they are. Velocities are zero at its beginning and those from before at its end:
-  /// what a fit moves has no momentum. Throws std::invalid_argument for another number of forces or
-  /// options out of range, std::logic_error when there is a body but was no step().
+  /// at rest where they are. Velocities are zero at its beginning, unless it goes on with the last
+  /// one, and those from before at its end: what a fit moves has no momentum. Throws
+  /// std::invalid_argument for another number of forces or options out of range, std::logic_error
+  /// when there is a body but was no step().
   FrameReport fit(const std::vector<const ExternalForce*>& forces, const FitOptions& options = {});
 
   Eigen::Matrix3Xd vertices(int garment) const;    ///< 3 × N [m]
@@ -139,7 +142,8 @@ class CaptureWorld {
   btSoftRigidDynamicsWorld world_;
   std::unique_ptr<BodySurface> surface_;
   std::unique_ptr<KinematicBody> body_;
-  Eigen::Matrix3Xd bodyVertices_;  ///< 3 × V [m] at the end of the last frame
+  std::vector<Eigen::Matrix4Xf> fitVelocities_;  ///< at the end of the last fit, per garment
+  Eigen::Matrix3Xd bodyVertices_;                ///< 3 × V [m] at the end of the last frame
   const BodyConstraint* bodyContact_ = nullptr;
   const ClothContact* clothContact_ = nullptr;
   const RigidCoupling* rigidCoupling_ = nullptr;

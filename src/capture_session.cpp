@@ -143,6 +143,7 @@ bullet_ext::CaptureSetup CaptureSession::captureSetup(int threads) const {
   setup.bodyFaces = person_.model.faces;
   setup.numBodyVertices = person_.model.numVertices();
   setup.garmentContact = options_.garmentContact && layers_.size() > 1;
+  setup.contactInterval = options_.garmentContactInterval;
   if (options_.strainLimit)
     setup.strainLimit = bullet_ext::StrainLimitOptions{.limit = *options_.strainLimit};
   setup.simulation.stepper.threads = threads;
@@ -197,7 +198,7 @@ Eigen::Matrix3Xd CaptureSession::skinned(int garment, const avatar::BodyPose& po
 }
 
 int CaptureSession::substepsFor(double duration) const {
-  const double substep = std::min(options_.substepDuration, largestSubstep_);
+  const double substep = std::min(options_.longestSubstep, largestSubstep_);
   return std::max(1, static_cast<int>(std::ceil(duration / substep - 0.01)));
 }
 
@@ -283,7 +284,7 @@ std::vector<GarmentTargets> CaptureSession::findTargets(
   return targets;
 }
 
-void CaptureSession::pull(const std::vector<GarmentTargets>& targets) {
+void CaptureSession::pull(const std::vector<GarmentTargets>& targets, bool goesOn) {
   const double substep = std::min(options_.fitSubstep, largestSubstep_);
   std::vector<std::unique_ptr<bullet_ext::DepthFittingForce>> forces;
   std::vector<const bullet_ext::ExternalForce*> pulling;
@@ -292,7 +293,9 @@ void CaptureSession::pull(const std::vector<GarmentTargets>& targets) {
         world_->mesh(static_cast<int>(i)), targets[i].targets, substep, options_.force));
     pulling.push_back(forces.back().get());
   }
-  world_->fit(pulling, {.iterations = options_.fitIterations, .substepDuration = substep});
+  world_->fit(
+      pulling,
+      {.iterations = options_.fitIterations, .substepDuration = substep, .goesOn = goesOn});
   for (std::size_t i = 0; i < layers_.size(); ++i)
     layers_[i].vertices = world_->vertices(static_cast<int>(i));
 }
@@ -337,7 +340,7 @@ std::vector<GarmentTargets> CaptureSession::fitPhysically(
       for (std::size_t i = 0; i < layers_.size(); ++i)
         targets[i] = alongNormals(targets[i], {layers_[i].vertices, layers_[i].garment.mesh.faces});
     }
-    pull(targets);
+    pull(targets, options_.roundsGoOn && round > 0);
     targets = findTargets(views, frame.cloud);
   }
   for (Layer& layer : layers_)

@@ -122,7 +122,7 @@ class CaptureSession {
       const ObservedFrame& frame, const std::vector<GarmentView>& views);
   std::vector<GarmentTargets> findTargets(
       const std::vector<GarmentView>& views, const DepthCloud& cloud) const;
-  void pull(const std::vector<GarmentTargets>& targets);
+  void pull(const std::vector<GarmentTargets>& targets, bool goesOn);
   int substepsFor(double duration) const;
 
   CapturePerson person_;

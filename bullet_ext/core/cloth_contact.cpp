@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -46,6 +47,7 @@ const ContactElements& validated(
 void ClothContactOptions::validate() const {
   requireRange(repulsion, 1.0, "repulsion");
   requireRange(repulsionSpeed, 100.0, "repulsionSpeed");
+  requireRange(interval, 1.0, "interval");
   requireRange(untangleDepth, 1.0, "untangleDepth");
 }
 
@@ -99,7 +101,10 @@ void ClothContact::beginFrame(std::span<const ClothState> states, const FrameTim
   if (idle_) {
     return;
   }
-  duration_ = static_cast<float>(timing.substepDuration());
+  substepDuration_ = timing.substepDuration();
+  interval_ = std::max(1, static_cast<int>(std::lround(options_.interval / substepDuration_)));
+  lastSubstep_ = timing.substeps - 1;
+  skipped_ = 0;
   load(states, motion_.end);
   if (!begun_ || motion_.end != motion_.start) {
     motion_.start = motion_.end;
@@ -117,7 +122,7 @@ void ClothContact::beginFrame(std::span<const ClothState> states, const FrameTim
   }
 }
 
-void ClothContact::resolve(std::span<ClothState> states, int /*substep*/) {
+void ClothContact::resolve(std::span<ClothState> states, int substep) {
   requireStates(states);
   if (idle_) {
     return;
@@ -125,13 +130,20 @@ void ClothContact::resolve(std::span<ClothState> states, int /*substep*/) {
   if (!begun_) {
     throw std::logic_error("ClothContact: resolve() before beginFrame()");
   }
+  if (skipped_ + 1 < interval_ && substep != lastSubstep_) {
+    ++skipped_;
+    return;
+  }
+  duration_ = static_cast<float>((skipped_ + 1) * substepDuration_);
+  skipped_ = 0;
   ++counters_.substeps;
   load(states, motion_.end);
   integrated_ = motion_.end;
   names_.clear();
   awake_.clear();
   contacts_.clear();
-  moved_.assign(at(elements_.numVertices()), false);
+  moved_.assign(at(elements_.numVertices()), 0);
+  lists_.measure(motion_.start, motion_.end);
   gather();
   addUntangling();
   respond();
@@ -141,7 +153,7 @@ void ClothContact::resolve(std::span<ClothState> states, int /*substep*/) {
 }
 
 void ClothContact::gather() {
-  while (!lists_.collect(motion_.start, motion_.end, names_, counters_)) {
+  while (!lists_.collect(motion_.start, names_, counters_)) {
     lists_.sleep(names_);
     names_.clear();
     awake_.clear();  // their contacts stay, without names
@@ -262,21 +274,22 @@ void ClothContact::sweepAll() {
   }
   for (const Contact& contact : contacts_) {
     for (const int v : contact.vertices) {
-      moved_[at(v)] = true;
+      moved_[at(v)] = 1;
     }
   }
 }
 
 /// Whether a correction has moved any of the pair's vertices in this substep.
 bool ClothContact::moved(const ListedPair& pair) const {
-  return moved_[at(pair.vertices[0])] || moved_[at(pair.vertices[1])] ||
-         moved_[at(pair.vertices[2])] || moved_[at(pair.vertices[3])];
+  return std::any_of(
+      pair.vertices.begin(), pair.vertices.end(), [&](int v) { return moved_[at(v)] != 0; });
 }
 
 void ClothContact::certifyAll() {
   std::vector<std::size_t> failing;
   for (int pass = 0; pass <= kPasses; ++pass) {
     if (!contacts_.empty()) {  // else nothing has moved since the last time
+      lists_.measureMoved(motion_.start, motion_.end, moved_);
       gather();
     }
     failing = failingPairs(pass < kPasses);
@@ -368,7 +381,8 @@ void ClothContact::moveZones(std::vector<std::size_t> failing) {
   VertexZones zones(elements_.numVertices());
   while (joinZones(zones, failing)) {
     counters_.zones += zones.translate(elements_, motion_);
-    std::fill(moved_.begin(), moved_.end(), true);
+    std::fill(moved_.begin(), moved_.end(), 1);
+    lists_.measure(motion_.start, motion_.end);
     gather();
     failing = failingPairs(false);
   }

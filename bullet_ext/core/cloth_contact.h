@@ -26,6 +26,9 @@ struct ClothContactOptions {
   /// What is nearer than its thickness is pushed apart by this part of the lack per substep, 0 … 1,
   double repulsion = 0.1;
   double repulsionSpeed = 0.1;  ///< but not faster than this [m/s], 0 … 100
+  /// Pairs are looked at this long apart [s], 0 … 1, as far as that is whole substeps, and at the
+  /// end of each frame; for straight ways between. 0: after every substep.
+  double interval = 0.0;
   /// An upper layer's vertex this deep under a lower one is brought out again [m], 0 … 1.
   double untangleDepth = 0.03;
 
@@ -36,9 +39,9 @@ struct ClothContactOptions {
 /// Keeps garments from passing through themselves and each other.
 ///
 /// The invariant is that no two elements meet while all vertices move on straight lines from the
-/// positions at the start of a substep to those at its end. So nothing ever crosses that did not
-/// cross in the beginning, and no history of sides is needed. resolve() changes the ends in this
-/// order:
+/// positions at the start of a substep (or of some, see interval) to those at its end. So nothing
+/// ever crosses that did not cross in the beginning, and no history of sides is needed. resolve()
+/// changes the ends in this order:
 ///  1. Pairs that would end nearer than their thickness are kept apart by Gauss–Seidel impulses
 ///     with Coulomb friction: they may not come nearer than the thickness, and those that are
 ///     nearer not come nearer still (inelastic), plus a slow push outwards.
@@ -77,8 +80,8 @@ class ClothContact final : public SubstepConstraint {
   void beginFrame(std::span<const ClothState> states, const FrameTiming& timing) override;
 
   /// After each substep's integration and contacts with the body: changes positions and
-  /// velocities. Positions must be finite. Throws like beginFrame(), or std::logic_error without a
-  /// beginFrame() before.
+  /// velocities, in substeps that end an interval. Positions must be finite. Throws like
+  /// beginFrame(), or std::logic_error without a beginFrame() before.
   void resolve(std::span<ClothState> states, int substep) override;
 
   const ClothContactOptions& options() const { return options_; }
@@ -138,8 +141,12 @@ class ClothContact final : public SubstepConstraint {
   LayerUntangling untangling_;
   bool idle_;  ///< nothing is asked for
   bool begun_ = false;
-  float duration_ = 0.0F;  ///< of a substep [s]
-  bool trusted_ = false;   ///< the start has no crossings that untangling_ doesn't know
+  double substepDuration_ = 0.0;  ///< [s]
+  int interval_ = 1;              ///< in substeps
+  int lastSubstep_ = 0;           ///< of the frame
+  int skipped_ = 0;               ///< substeps since pairs were looked at last
+  float duration_ = 0.0F;         ///< of the running motion: one substep and what was skipped [s]
+  bool trusted_ = false;          ///< the start has no crossings that untangling_ doesn't know
   SubstepMotion motion_;
   Eigen::Matrix4Xf integrated_;  ///< the ends as they were given
   std::vector<char> moved_;      ///< N: vertices that contacts may have corrected

@@ -116,6 +116,22 @@ void ContactLists::measure(const Positions& start, const Positions& end) {
       motions_[p] = motionOf(elements_.patches[p], start, end);
     }
   });
+  boundMotions();
+}
+
+void ContactLists::measureMoved(
+    const Positions& start, const Positions& end, const std::vector<char>& moved) {
+  for (std::size_t p = 0; p < motions_.size(); ++p) {
+    const std::vector<int>& corners = elements_.patches[p].corners;
+    if (std::any_of(corners.begin(), corners.end(), [&](int v) { return moved[at(v)] != 0; })) {
+      motions_[p] = motionOf(elements_.patches[p], start, end);
+    }
+  }
+  boundMotions();
+}
+
+/// For the search, from the patches' motions.
+void ContactLists::boundMotions() {
   PatchMotion mean = {Eigen::Array4f::Zero(), Eigen::Array4f::Zero()};
   for (const PatchMotion& motion : motions_) {
     mean.middle += motion.middle / static_cast<float>(motions_.size());
@@ -207,11 +223,7 @@ void ContactLists::wake(int index, std::vector<PairName>& awake) {
 }
 
 bool ContactLists::collect(
-    const Positions& start,
-    const Positions& end,
-    std::vector<PairName>& awake,
-    ContactCounters& counters) {
-  measure(start, end);
+    const Positions& start, std::vector<PairName>& awake, ContactCounters& counters) {
   if (searchConsumed_ + searchStep_ > searchReach_) {
     if (!awake.empty()) {
       return false;

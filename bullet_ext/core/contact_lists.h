@@ -68,15 +68,17 @@ class ContactLists {
   /// Forgets everything: positions have been changed from outside.
   void clear();
 
+  /// The vertices move from start to end on straight lines in the running substep.
+  void measure(const Positions& start, const Positions& end);
+
+  /// The same when since the last time only the ends of these vertices have changed (N flags).
+  void measureMoved(const Positions& start, const Positions& end, const std::vector<char>& moved);
+
   /// Adds to `awake` the names of all pairs, apart from those that are awake already, that may come
-  /// nearer than their thickness while the vertices move from start to end on straight lines.
+  /// nearer than their thickness in the motion that was measured.
   /// Returns false when a list with awake pairs has to be made again: the caller drops the names it
   /// has, calls sleep() and asks once more.
-  bool collect(
-      const Positions& start,
-      const Positions& end,
-      std::vector<PairName>& awake,
-      ContactCounters& counters);
+  bool collect(const Positions& start, std::vector<PairName>& awake, ContactCounters& counters);
 
   /// All awake pairs have to be collected again.
   void sleep(const std::vector<PairName>& awake);
@@ -85,7 +87,7 @@ class ContactLists {
     return lists_[static_cast<std::size_t>(name.list)].pairs[static_cast<std::size_t>(name.index)];
   }
 
-  /// The substep ends at the `end` of the last collect(), which becomes the start of the next.
+  /// The substep ends where the motion measured last does; the next one starts there.
   void advance();
 
   /// After advance(): the pair's elements are `clearance` [m] farther apart than their thickness,
@@ -105,7 +107,7 @@ class ContactLists {
     std::vector<ListedPair> pairs;
   };
 
-  void measure(const Positions& start, const Positions& end);
+  void boundMotions();
   void search(const Positions& start);
   bool wanted(int patch1, int patch2) const;
   float thicknessOf(const List& list) const;

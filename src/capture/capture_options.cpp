@@ -26,10 +26,12 @@ CaptureOptions CaptureOptions::literal() {
   options.strainLimit.reset();
   options.hiddenMomentum = 1.0;
   options.fittedMomentum = 1.0;
-  options.substepDuration = 1.0 / 3000.0;
+  options.substepDuration = options.longestSubstep = 1.0 / 3000.0;
   options.fitRounds = 10;
   options.fitIterations = 10;
   options.fitSubstep = 1.0 / 3000.0;
+  options.roundsGoOn = false;
+  options.garmentContactInterval = 0.0;
   options.view.blendRadius = 0.05;
   options.steadiness.gain = 1.0;
   options.force = {.mode = bullet_ext::DepthForceMode::kLiteral};
@@ -40,6 +42,9 @@ void CaptureOptions::validate() const {
   require(
       substepDuration >= 1e-5 && substepDuration <= 1e-2,
       "substepDuration must be within [1e-5, 1e-2] s");
+  require(
+      longestSubstep >= 1e-5 && longestSubstep <= 1e-2,
+      "longestSubstep must be within [1e-5, 1e-2] s");
   require(fitRounds >= 1 && fitRounds <= 100, "fitRounds must be within [1, 100]");
   require(fitIterations >= 1 && fitIterations <= 1000, "fitIterations must be within [1, 1000]");
   require(fitSubstep >= 1e-5 && fitSubstep <= 1e-2, "fitSubstep must be within [1e-5, 1e-2] s");
@@ -48,6 +53,9 @@ void CaptureOptions::validate() const {
       "strainLimit must be within [0.001, 10]");
   require(hiddenMomentum >= 0.0 && hiddenMomentum <= 1.0, "hiddenMomentum must be within [0, 1]");
   require(fittedMomentum >= 0.0 && fittedMomentum <= 1.0, "fittedMomentum must be within [0, 1]");
+  require(
+      garmentContactInterval >= 0.0 && garmentContactInterval <= 0.1,
+      "garmentContactInterval must be within [0, 0.1] s");
   require(
       dressingSeconds >= 0.0 && dressingSeconds <= 10.0, "dressingSeconds must be within [0, 10]");
   view.validate();

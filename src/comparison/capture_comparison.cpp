@@ -30,7 +30,7 @@ void addFitSettings(std::vector<CaptureTrial>& trials) {
 void addSubsteps(std::vector<CaptureTrial>& trials) {
   for (const int perSecond : {1000, 3000, 6000}) {
     CaptureOptions options;
-    options.substepDuration = 1.0 / perSecond;
+    options.substepDuration = options.longestSubstep = 1.0 / perSecond;
     trials.push_back(
         {"substep-" + std::to_string(perSecond), "substeps of the simulation", options});
   }

@@ -44,7 +44,7 @@ std::optional<double> figureAt(const TrialResult& trial, const char* pointer) {
 Json settingsJson(const CaptureOptions& options) {
   return {
       {"method", captureMethodNames()[static_cast<std::size_t>(options.method)]},
-      {"substep_s", options.substepDuration},
+      {"longest_substep_s", options.longestSubstep},
       {"fit_rounds", options.fitRounds},
       {"fit_iterations", options.fitIterations},
       {"fit_substep_s", options.fitSubstep},

@@ -149,6 +149,21 @@ TEST(CaptureWorld, AFitMovesClothAndLeavesItsVelocities) {
   EXPECT_GT(world.vertices(0).row(1).minCoeff(), 0.003) << "the body is there, too";
 }
 
+TEST(CaptureWorld, AFitGoesOnWithTheLastOne) {
+  FloorScene scene(0.5);
+  scene.setup.gravity.setZero();
+  CaptureWorld whole(scene.setup);
+  CaptureWorld halves(scene.setup);
+  const Pull pull;
+  for (CaptureWorld* world : {&whole, &halves})
+    world->step(scene.floor.vertices, kCaptureFrame, 100);
+  whole.fit({&pull}, {.iterations = 40});
+  halves.fit({&pull}, {.iterations = 20});
+  halves.fit({&pull}, {.iterations = 20, .goesOn = true});
+  EXPECT_EQ(halves.vertices(0), whole.vertices(0));
+  EXPECT_EQ(halves.velocities(0), whole.velocities(0));
+}
+
 TEST(CaptureWorld, StepsGoOnAsBeforeAFitWithoutForces) {
   FloorScene scene(0.5);
   scene.setup.gravity.setZero();
