@@ -155,7 +155,7 @@ void CaptureWorld::addClothContact(const CaptureSetup& setup) {
 void CaptureWorld::setState(
     int garment, const Eigen::Matrix3Xd& positions, const Eigen::Matrix3Xd& velocities) {
   solver_.simulation().setState(garment, stateFromInput(mesh(garment), positions, velocities));
-  solver_.showStates();
+  solver_.body(garment).mirror(solver_.simulation().state(garment));
 }
 
 void CaptureWorld::movePins(int garment, const Eigen::Matrix3Xd& positions) {
