@@ -61,13 +61,15 @@ class Matcher {
     }
   }
 
-  /// A point of the surface against the plane of a depth pixel: `off` > 0 in front of it.
-  void addPlane(int index, const DepthView::PixelSample& pixel, double off, double share) {
+  /// A point of the surface against a plane through a depth pixel.
+  void addPlane(
+      int index, const DepthView::PixelSample& pixel, const Eigen::Vector3d& normal, double share) {
     const Sample& sample = surface_.samples()[static_cast<std::size_t>(index)];
+    const double off = normal.dot(seen_.points.col(index) - pixel.point);  // > 0: in front of it
     const double both = twoSidedness(sample, pixel.label);
     const double robust = gemanMcClureWeight(off, options_.robustScale);
     const double data = share * options_.dataWeight * robust;
-    add(index, pixel.normal, off, data * both);
+    add(index, normal, off, data * both);
     if (both == 1.0 || sample.cloth) {
       return;
     }
@@ -77,12 +79,9 @@ class Matcher {
       const bool maybeBare = pixel.label == kBackground && !surface_.knowsClothes();
       const double interShare = maybeBare ? kUnlabelledInterShare : kInterShare;
       // A clamped residual pulls as one of its own size would: eq. (2) without its outliers.
-      add(index,
-          pixel.normal,
-          push,
-          share * (1.0 - both) * interShare * options_.interWeight * robust);
+      add(index, normal, push, share * (1.0 - both) * interShare * options_.interWeight * robust);
     } else {
-      add(index, pixel.normal, behind, data * (1.0 - both) * options_.slackWeight);
+      add(index, normal, behind, data * (1.0 - both) * options_.slackWeight);
     }
   }
 
@@ -111,7 +110,7 @@ class Matcher {
         cloud.labels.empty() ? std::uint8_t{kBackground} : cloud.labels[i]};
     const Eigen::Vector3d offset = seen_.points.col(index) - pixel.point;
     if (offset.norm() < options_.gate && pixel.normal.dot(seen_.normals.col(index)) > kMinCosine) {
-      addPlane(index, pixel, pixel.normal.dot(offset), 0.5);
+      addPlane(index, pixel, pixel.normal, 0.5);
     }
   }
 
@@ -155,7 +154,11 @@ class Matcher {
     const Eigen::Vector3d offset = seen_.points.col(index) - pixel.point;
     const double distance = offset.norm();
     if (!pixel.normal.isZero(0.0)) {
-      addPlane(index, pixel, pixel.normal.dot(offset), 0.5);
+      // A sample beside the pixel is behind the pixel's tangent plane by the sagitta, which would
+      // pull every round body forward. Between the two points of a round surface the mean of their
+      // normals is at right angles to the chord (Rusinkiewicz 2019).
+      const Eigen::Vector3d normal = (pixel.normal + seen_.normals.col(index)).normalized();
+      addPlane(index, pixel, normal, 0.5);
     }
     const double both = twoSidedness(sample, pixel.label);
     const double near = sample.cloth ? kNearCloth : kNearSkin;

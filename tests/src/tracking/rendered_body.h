@@ -39,7 +39,8 @@ inline DepthCloud renderedCloud(
       continue;
     }
     const double u = static_cast<double>(i % camera.width);
-    const double v = static_cast<double>(i / camera.width);
+    const Eigen::Index row = i / camera.width;
+    const double v = static_cast<double>(row);
     const Eigen::Vector3d ray = avatar::rayInCamera(camera, u, v);
     cloud.person[p] = 1;
     cloud.labels[p] = kSkin;
