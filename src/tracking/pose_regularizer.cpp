@@ -29,9 +29,6 @@ Eigen::VectorXd axisStiffness() {
   for (const int spine : {kSpine1, kSpine2, kSpine3}) {
     set(spine, 300.0, 300.0, 300.0);
   }
-  for (const int collar : {kLeftCollar, kRightCollar}) {
-    set(collar, 150.0, 150.0, 80.0);
-  }
   for (const int joint : {kNeck, kHead}) {
     set(joint, 30.0, 30.0, 30.0);
   }

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <tuple>
 #include <vector>
 
 namespace simulcap {
@@ -106,6 +107,33 @@ TEST(BodyTracker, StartsByItselfAndFollows) {
     worst = std::max(worst, jointError(tracked.pose, movingPose(t)));
   }
   EXPECT_LT(worst, 0.035);  // as above
+}
+
+TEST(BodyTracker, FollowsShruggedShoulders) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyPose shrugged = avatar::aPose();
+  constexpr double kLift = 0.3;  // [rad]: 4 cm at the shoulder
+  for (const auto& [collar, shoulder, lift] :
+       {std::tuple{avatar::kLeftCollar, avatar::kLeftShoulder, kLift},
+        std::tuple{avatar::kRightCollar, avatar::kRightShoulder, -kLift}}) {
+    shrugged.jointRotations[3 * collar + 2] += lift;
+    shrugged.jointRotations[3 * shoulder + 2] -= lift;  // the arms hang as before
+  }
+  const DepthCloud cloud =
+      test::renderedCloud(avatar::defaultBody(), meanShape(), shrugged, camera);
+  BodyTracker tracker = trackerAt(avatar::aPose(), camera);
+  TrackedBody tracked;
+  for (int i = 1; i <= 15; ++i)
+    tracked = tracker.track(cloud, i * kFrame);
+  const auto offAt = [&](const BodyPose& pose, int joint) {
+    const auto& model = avatar::defaultBody();
+    return (avatar::posedBody(model, meanShape(), pose).joints.col(joint) -
+            avatar::posedBody(model, meanShape(), shrugged).joints.col(joint))
+        .norm();
+  };
+  // The prior, whose clips have no raised shoulders, takes half of it.
+  for (const int joint : {avatar::kLeftShoulder, avatar::kRightShoulder})
+    EXPECT_LT(offAt(tracked.pose, joint), 0.7 * offAt(avatar::aPose(), joint));
 }
 
 TEST(BodyTracker, SameFramesGiveTheSameBits) {
