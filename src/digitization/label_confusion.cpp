@@ -39,10 +39,11 @@ nlohmann::json labelConfusion(
     const std::vector<ParsedPicture>& pictures,
     const std::string& truthFolder,
     const PictureSize& size) {
+  const std::string folder = (std::filesystem::path(truthFolder) / "labels").string();
   Confusion confusion = {};
   bool known = false;
   for (const ParsedPicture& picture : pictures) {
-    const std::string file = labelPicturePath(truthFolder + "/labels", picture.number);
+    const std::string file = labelPicturePath(folder, picture.number);
     if (!std::filesystem::exists(file))
       continue;
     try {
