@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -29,6 +30,7 @@ struct DigitizeVerbOptions {
   std::string body = "default";
   std::string output;
   std::string truth;
+  std::string truthBody;
   DigitizeInput input;
 };
 
@@ -49,11 +51,16 @@ nlohmann::json figuresOf(
   figures["calibration_gflops"] = calibrationGflops();
   if (options.truth.empty())
     return figures;
+  EvaluationOptions evaluation{options.truth, options.truthBody, context.threads};
+  evaluation.captureModel = std::make_shared<avatar::BodyModel>(model);
   // A rest shape isn't what the truth shows: that hangs.
-  figures["ground_truth"] = avatarFigures(
+  AvatarEvaluation found = evaluatedAvatar(
       person.drift.empty() ? person.avatar : draped({model, person.avatar}, context.threads, 1.0),
-      {options.truth, options.body, context.threads},
+      evaluation,
       {person.firstNumber, person.firstPose, person.camera.cameraFromWorld});
+  for (const std::string& note : found.notes)
+    context.console.warn(note);
+  figures["ground_truth"] = std::move(found.figures);
   const PictureSize size{.width = person.camera.width, .height = person.camera.height};
   figures["ground_truth"]["label_confusion"] = labelConfusion(person.parsed, options.truth, size);
   return figures;
@@ -92,6 +99,12 @@ void addDigitize(CLI::App& program, ChosenCommand& chosen) {
       ->capture_default_str();
   verb->add_option("--truth", options->truth, "Folder of the truth, SEQ/gt: measures the avatar")
       ->type_name("DIR");
+  verb->add_option(
+          "--truth-body",
+          options->truthBody,
+          "'default' or a body model .npz: the model of the truth (default: as the truth says, "
+          "else --body where it fits)")
+      ->type_name("BODY");
   addDigitizeOptions(*verb, options->input);
   verb->callback([options, &chosen] {
     chosen = [options](const CommandContext& context) { digitizeVerb(*options, context); };

@@ -1,25 +1,19 @@
 #include "src/evaluation/avatar_evaluation.h"
 
 #include "avatar/avatar_pose.h"
-#include "avatar/default_body/embedded_body.h"
 #include "src/evaluation/posed_avatar.h"
 #include "src/evaluation/truth_comparison.h"
 
-#include <nlohmann/json.hpp>
-
-#include <memory>
-
 namespace simulcap {
 
-nlohmann::json avatarFigures(
+AvatarEvaluation evaluatedAvatar(
     const avatar::LayeredAvatar& avatar,
     const EvaluationOptions& options,
     const AvatarSighting& sighting) {
-  GroundTruth truth(
-      options.truthFolder,
-      isTrueBodyModel(options.truthFolder, options.bodyModel) ? options.bodyModel : "");
-  const PosedAvatarBody body(
-      avatar.body, std::make_shared<avatar::BodyModel>(avatar::loadBody(options.bodyModel)));
+  const TrueBodyModel model =
+      trueBodyModel(options.truthFolder, options.bodyModel, avatar.body.model);
+  GroundTruth truth(options.truthFolder, model.name);
+  const PosedAvatarBody body(avatar.body, options.captureModel);
   CapturedLayers layers{avatar.body.mesh.faces, {}};
   CapturedFrame frame;
   frame.number = sighting.number;
@@ -36,7 +30,10 @@ nlohmann::json avatarFigures(
       .vertices = truth.bodyFaces().cols() > 0 && truth.bodyFaces() == layers.bodyFaces};
   TruthComparison comparison(truth, std::move(layers), common, options.threads);
   comparison.add(frame);
-  return comparison.figures();
+  AvatarEvaluation result{comparison.figures(), comparison.notes()};
+  if (!model.problem.empty())
+    result.notes.push_back(model.problem);
+  return result;
 }
 
 }  // namespace simulcap

@@ -5,7 +5,10 @@
 #include "src/evaluation/capture_evaluation.h"
 
 #include <Eigen/Geometry>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
 
 namespace simulcap {
 
@@ -16,9 +19,14 @@ struct AvatarSighting {
   Eigen::Isometry3d cameraFromWorld = Eigen::Isometry3d::Identity();
 };
 
-/// `ground_truth` of metrics.json for an avatar alone: posed as in that frame, garments following
-/// the body unsimulated, against the truth's surfaces. Throws avatar::FileError.
-nlohmann::json avatarFigures(
+struct AvatarEvaluation {
+  nlohmann::json figures;          ///< `ground_truth` of metrics.json
+  std::vector<std::string> notes;  ///< what could not be measured and why, one line each
+};
+
+/// An avatar alone: posed as in that frame, garments following the body unsimulated, against the
+/// truth's surfaces. `options.captureModel` is the model of its body. Throws avatar::FileError.
+AvatarEvaluation evaluatedAvatar(
     const avatar::LayeredAvatar& avatar,
     const EvaluationOptions& options,
     const AvatarSighting& sighting);

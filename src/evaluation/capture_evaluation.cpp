@@ -47,30 +47,6 @@ std::shared_ptr<const avatar::BodyModel> modelOf(
   return nullptr;
 }
 
-/// The body model of the truth: as given, as the truth says, or the avatar's own where it fits.
-/// Empty when it isn't known.
-std::string trueModel(
-    const EvaluationOptions& options,
-    const avatar::AvatarBody& body,
-    std::vector<std::string>& notes) {
-  if (!options.bodyModel.empty())
-    return options.bodyModel;
-  const std::string named = trueBodyModelName(options.truthFolder);
-  std::string model = named.empty() ? body.model : named;
-  try {
-    static_cast<void>(avatar::loadBody(model));
-  } catch (const avatar::FileError& error) {
-    notes.push_back(
-        std::string("the truth's body model can't be had, give it with --body: ") + error.what());
-    return "";
-  }
-  if (isTrueBodyModel(options.truthFolder, model))
-    return model;
-  notes.push_back(
-      "the truth's body is not of the model " + model + ": give --body the truth's model");
-  return "";
-}
-
 }  // namespace
 
 CaptureEvaluation::CaptureEvaluation(const std::string& folder, const EvaluationOptions& options)
@@ -92,8 +68,11 @@ CaptureEvaluation::CaptureEvaluation(const std::string& folder, const Evaluation
 }
 
 void CaptureEvaluation::openTruth(const EvaluationOptions& options) {
-  truth_ =
-      std::make_unique<GroundTruth>(options.truthFolder, trueModel(options, avatar_.body, notes_));
+  const TrueBodyModel model =
+      trueBodyModel(options.truthFolder, options.bodyModel, avatar_.body.model);
+  if (!model.problem.empty())
+    notes_.push_back(model.problem);
+  truth_ = std::make_unique<GroundTruth>(options.truthFolder, model.name);
   CapturedLayers layers{avatar_.body.mesh.faces, {}};
   for (const avatar::Garment* garment : garments_)
     layers.garments.push_back({garment->name, garment->mesh.faces});

@@ -83,7 +83,8 @@ std::string trueBodyModelName(const std::string& folder) {
 bool isTrueBodyModel(const std::string& folder, const std::string& bodyModel) {
   constexpr double kSoftTissue = 0.02;  // [m]
   constexpr double kTooDeep = 0.01;     // under the skin, for cloth [m]
-  constexpr double kShareInside = 0.2;  // of cloth, that makes a body another one
+  // Of cloth. Its own body has next to none; a stranger of another build about 0.15.
+  constexpr double kShareInside = 0.05;
   GroundTruth truth(folder, bodyModel);
   const TrueFrame frame = truth.frame(0);
   if (truth.bodyModel() == nullptr)
@@ -103,6 +104,23 @@ bool isTrueBodyModel(const std::string& folder, const std::string& bodyModel) {
     count += static_cast<double>(garment.cols());
   }
   return sum <= kShareInside * count;
+}
+
+TrueBodyModel trueBodyModel(
+    const std::string& folder, const std::string& given, const std::string& ofAvatar) {
+  if (!given.empty())
+    return {given, ""};
+  const std::string named = trueBodyModelName(folder);
+  const std::string model = named.empty() ? ofAvatar : named;
+  const std::string help = " (evaluate --body MODEL, digitize --truth-body MODEL)";
+  try {
+    static_cast<void>(avatar::loadBody(model));
+  } catch (const avatar::FileError& error) {
+    return {"", "the truth's body model can't be had" + help + ": " + error.what()};
+  }
+  if (isTrueBodyModel(folder, model))
+    return {model, ""};
+  return {"", "the truth's body is not of the model " + model + ": say which it is of" + help};
 }
 
 GroundTruth::GroundTruth(const std::string& folder, const std::string& bodyModel)

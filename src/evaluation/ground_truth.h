@@ -91,6 +91,16 @@ class GroundTruth {
 /// Always, where there is neither. Throws avatar::FileError.
 bool isTrueBodyModel(const std::string& folder, const std::string& bodyModel);
 
+struct TrueBodyModel {
+  std::string name;     ///< "default" or a file; empty: not known
+  std::string problem;  ///< why it isn't known, in one line; else empty
+};
+
+/// The body model of a truth: as given, else as the truth says, else that of the avatar where the
+/// truth's body is of it.
+TrueBodyModel trueBodyModel(
+    const std::string& folder, const std::string& given, const std::string& ofAvatar);
+
 /// The text `model` of gt/body.npz: the body model that the truth was made with, if it says so.
 std::string trueBodyModelName(const std::string& folder);
 
