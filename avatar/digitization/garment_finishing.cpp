@@ -61,20 +61,37 @@ class HiddenEdge {
   Eigen::VectorXd fromUpper_, fromSkin_;
 };
 
-/// Colours of a garment: of the nearest place of the surface that has its label.
+/// The part of a surface with this label that is further than a distance from other labels.
+TriangleMesh innerPart(
+    const MeshView& surface,
+    const std::vector<std::uint8_t>& labels,
+    std::uint8_t label,
+    double margin) {
+  std::vector<int> others;
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (labels[v] != label)
+      others.push_back(static_cast<int>(v));
+  }
+  const Eigen::VectorXd fromOthers = edgeDistances(surface, others);
+  std::vector<Eigen::Index> faces;
+  for (Eigen::Index f = 0; f < surface.numFaces(); ++f) {
+    if ((fromOthers(surface.faces.col(f)).array() > margin).all())
+      faces.push_back(f);
+  }
+  return {surface.vertices, surface.faces(Eigen::all, faces)};
+}
+
+/// Colours of a garment: of the nearest place of the surface that has its label, away from its
+/// edges: there, pixels show some of both sides, and the surface's colours are means about places.
 Eigen::Matrix3Xd fabricColors(
     const MeshView& garment,
     const OuterSurface& surface,
     const std::vector<std::uint8_t>& labels,
     std::uint8_t label) {
-  std::vector<Eigen::Index> faces;
-  for (Eigen::Index f = 0; f < surface.mesh.numFaces(); ++f) {
-    const auto has = [&](int v) { return labels[static_cast<std::size_t>(v)] == label; };
-    const auto corners = surface.mesh.faces.col(f);
-    if (std::all_of(corners.begin(), corners.end(), has))
-      faces.push_back(f);
-  }
-  const TriangleMesh part{surface.mesh.vertices, surface.mesh.faces(Eigen::all, faces)};
+  constexpr double kMixed = 0.02;  // a mean's radius and a pixel or two [m]
+  TriangleMesh part = innerPart(surface.mesh, labels, label, kMixed);
+  if (part.numFaces() == 0)
+    part = innerPart(surface.mesh, labels, label, 0.0);
   const TriangleBvh bvh(part);
   Eigen::Matrix3Xd colors(3, garment.numVertices());
   for (Eigen::Index v = 0; v < colors.cols(); ++v) {

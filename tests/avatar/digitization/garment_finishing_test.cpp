@@ -92,7 +92,10 @@ TEST_P(FinishedOutfit, IsWhatWasWorn) {
     expectAlike(garment.mesh, person.garments[i].mesh);
     const Topology shape = topology(garment.mesh.faces, garment.mesh.numVertices());
     EXPECT_EQ(shape.boundaryLoops, worn.openings[i]);
-    EXPECT_LT((garment.color - person.garments[i].color).norm(), 0.05);
+    // Nothing of the skin beside it, hems and collars included; but means may take in what lies
+    // near across a gap.
+    const Eigen::Matrix3Xd stains = garment.vertexColors.colwise() - person.garments[i].color;
+    EXPECT_LT(stains.colwise().norm().maxCoeff(), 0.02);
     for (std::size_t inner = 0; inner < i; ++inner)
       EXPECT_TRUE(piercedFaces(garment.mesh, made.garments[inner].mesh).empty());
   }
