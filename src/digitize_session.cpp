@@ -5,6 +5,7 @@
 #include "avatar/digitization/garment_finishing.h"
 #include "avatar/digitization/seen_extent.h"
 #include "avatar/digitization/surface_gap.h"
+#include "avatar/digitization/upright_stand.h"
 #include "avatar/skinning.h"
 #include "avatar/wardrobe/dressing_body.h"
 #include "src/digitization/human_parser.h"
@@ -46,6 +47,17 @@ class Digitizer {
       stage("built_in_garments", [&] { dressBuiltIn(); });
       return std::move(result_);
     }
+    straighten();
+    sketch();
+    trackDressed(recording);
+    make();
+    if (options_.desag && !result_.avatar.garments.empty())
+      stage("rest_shape", [&] { desag(); });
+    return std::move(result_);
+  }
+
+ private:
+  void make() {
     stage("frame_parsing", [&] { parseFrames(); });
     stage("fusion", [&] { fuse(); });
     stage("inner_body", [&] { fitBody(); });
@@ -54,12 +66,50 @@ class Digitizer {
       result_.labels = avatar::parsedSurface(result_.outer, options_.surfaceParsing);
     });
     stage("garments", [&] { dress(); });
-    if (options_.desag && !result_.avatar.garments.empty())
-      stage("rest_shape", [&] { desag(); });
-    return std::move(result_);
   }
 
- private:
+  /// What hangs about both legs isn't carried by them, and draws thighs and hips that are tracked
+  /// without it to its near side. Until it is known, people are taken to stand as they should.
+  void straighten() {
+    const avatar::ShapedBody shaped = skinning_.shape(turn_.betas);
+    if (avatar::legsApart(turn_.frames, skinning_, shaped))
+      return;
+    options_.fusion.legsCovered = true;
+    for (avatar::PosedDepthFrame& frame : turn_.frames)
+      frame.pose = avatar::uprightBelowNeck(frame.pose, skinning_, shaped);
+  }
+
+  /// Body and clothes for the tracker, which looks at samples some centimetres apart.
+  void sketch() {
+    const DigitizeOptions wanted = options_;
+    options_.fusion.voxelSize = std::max(0.008, wanted.fusion.voxelSize);
+    options_.fusion.truncation =
+        std::max(2.0 * options_.fusion.voxelSize, wanted.fusion.truncation);
+    options_.surface.poissonDepth = std::min(7, wanted.surface.poissonDepth);
+    options_.edgeLength = std::max(0.03, wanted.edgeLength);
+    isSketch_ = true;
+    make();
+    isSketch_ = false;
+    options_ = wanted;
+  }
+
+  /// The turn's poses again, now that body and clothes are known.
+  void trackDressed(const FrameSupply& recording) {
+    if (options_.onStage)
+      options_.onStage("body_tracking, dressed");
+    std::optional<OuterLayer> clothes;
+    if (!result_.avatar.garments.empty())
+      clothes = outerLayer(result_.avatar);
+    turn_ = trackAgain(
+        turn_, recording, model_, {result_.body.betas, std::move(clothes)}, options_.turn);
+    StageSeconds seconds = std::move(result_.seconds);
+    seconds.emplace_back("input", turn_.inputSeconds);
+    seconds.emplace_back("body_tracking", turn_.trackingSeconds);
+    result_ = {};
+    result_.seconds = std::move(seconds);
+    describeTurn();
+  }
+
   template <typename Work>
   void stage(const char* name, const Work& work) {
     if (options_.onStage)
@@ -158,6 +208,8 @@ class Digitizer {
   void fuse() {
     const std::size_t count = turn_.frames.size();
     fused_ = fusedFrames(0, count);
+    if (isSketch_)
+      return;
     const std::size_t some = std::min<std::size_t>(count / 10, 10);
     constexpr double kReach = 0.05;  // errors of a person's pose are smaller [m]
     if (some >= 2)
@@ -208,6 +260,8 @@ class Digitizer {
     if (onePiece_ && result_.avatar.garments.size() == 1)
       result_.avatar.garments.front().name = "dress";
     result_.avatar.body = avatar::makeAvatarBody(model_, result_.body.betas);
+    if (isSketch_)
+      return;
     const avatar::BodyEnhancement details = avatar::enhanceBody(
         result_.outer, result_.labels, {skinning_, result_.body.betas, result_.body.pose});
     avatar::applyEnhancement(details, result_.avatar.body);
@@ -231,6 +285,7 @@ class Digitizer {
   std::optional<HumanParser> parser_;
   Turn turn_;
   bool onePiece_ = false;
+  bool isSketch_ = false;
   avatar::FusedPoints fused_;
   avatar::DressingBody dressingBody_;  // in the canonical pose
   DigitizedPerson result_;
@@ -265,7 +320,7 @@ nlohmann::json digitizationFigures(const DigitizedPerson& person) {
   nlohmann::json seconds = nlohmann::json::object();
   double total = 0.0;
   for (const auto& [name, time] : person.seconds) {
-    seconds[name] = time;
+    seconds[name] = seconds.value(name, 0.0) + time;
     total += time;
   }
   seconds["total"] = total;

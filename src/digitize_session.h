@@ -47,7 +47,7 @@ struct DigitizeOptions {
   void validate() const;
 };
 
-/// Wall times of the stages in their order [s].
+/// Wall times of the stages in their order [s]; most come twice.
 using StageSeconds = std::vector<std::pair<std::string, double>>;
 
 /// A dressed person, and what it was made of.
@@ -73,9 +73,10 @@ struct DigitizedPerson {
 
 /// Turns the turn-around part of a recording into a layered avatar (paper section 3): tracks the
 /// body, labels the frames, fuses them in an A-pose, fits the undressed body beneath, completes the
-/// dressed surface, parses it and cuts the garments out of it. Throws avatar::FileError for a
-/// recording that can't be used, and std::runtime_error, saying what to do, when no avatar can be
-/// made of what it shows.
+/// dressed surface, parses it and cuts the garments out of it. All this twice: first coarsely, for
+/// the body to be tracked once more in its clothes, which would else be taken for skin. Throws
+/// avatar::FileError for a recording that can't be used, and std::runtime_error, saying what to do,
+/// when no avatar can be made of what it shows.
 DigitizedPerson digitize(
     const FrameSupply& recording,
     const avatar::BodyModel& model,

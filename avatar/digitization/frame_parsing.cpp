@@ -2,6 +2,7 @@
 
 #include "avatar/digitization/body_parts.h"
 #include "avatar/digitization/color_model.h"
+#include "avatar/digitization/upright_stand.h"
 
 #include <opencv2/imgproc.hpp>
 
@@ -246,7 +247,7 @@ class FrameParser {
           "upper and lower garment have the same colour: nothing tells where one ends in the "
           "frames without labels; give label images for all frames of the turn, or let "
           "--parsing label them all (--parsing-frames 10000)");
-    if (legsApart())
+    if (legsApart(frames_, skinning_, shaped_))
       throw std::runtime_error(
           "upper and lower garment have the same colour: nothing tells where one ends; give label "
           "images (labels/000000.png, ...: 0 background, 1 skin, 2 upper, 3 lower garment), or say "
@@ -255,46 +256,6 @@ class FrameParser {
         "upper and lower garment have the same colour and the legs are covered together: taken as "
         "one piece, a dress; if it is two garments, give label images (labels/000000.png, ...)");
     mergeGarments();
-  }
-
-  /// Is there nothing of the person between the thighs, as often as not?
-  bool legsApart() const {
-    int gaps = 0;
-    int samples = 0;
-    for (const PosedDepthFrame& frame : frames_) {
-      const SkinnedBody body = skinning_.pose(shaped_, frame.pose);
-      for (const double t : {0.45, 0.55, 0.65}) {
-        const Eigen::Vector3d left = project(frame.camera, onThigh(body, kLeftHip, t));
-        const Eigen::Vector3d right = project(frame.camera, onThigh(body, kRightHip, t));
-        // Seen from the side, one thigh hides the gap.
-        constexpr double kApart = 0.12;  // [m]
-        if ((left - right).head<2>().norm() * left.z() < kApart * frame.camera.fx)
-          continue;
-        ++samples;
-        gaps += gapBetween(frame, left, right) ? 1 : 0;
-      }
-    }
-    return samples > 0 && 2 * gaps > samples;
-  }
-
-  /// A place between hip (0) and knee (1).
-  static Eigen::Vector3d onThigh(const SkinnedBody& body, int hip, double t) {
-    constexpr int kToKnee = 3;  // joints, in the order of SMPL
-    return (1.0 - t) * body.joints.col(hip) + t * body.joints.col(hip + kToKnee);
-  }
-
-  static bool gapBetween(
-      const PosedDepthFrame& frame, const Eigen::Vector3d& left, const Eigen::Vector3d& right) {
-    constexpr int kSteps = 32;
-    for (int i = 1; i < kSteps; ++i) {
-      const Eigen::Vector3d at = left + (right - left) * i / kSteps;
-      const auto x = static_cast<int>(std::lround(at.x()));
-      const auto y = static_cast<int>(std::lround(at.y()));
-      if (x < 0 || y < 0 || x >= frame.camera.width || y >= frame.camera.height ||
-          frame.depth[frame.index(x, y)] <= 0.0F)
-        return true;
-    }
-    return false;
   }
 
   /// −log posterior of each class, averaged over the neighbourhood that shows the person.

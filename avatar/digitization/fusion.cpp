@@ -1,6 +1,7 @@
 #include "avatar/digitization/fusion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -88,6 +89,26 @@ void addAppearance(Voxel& voxel, const Observation& seen, const PosedDepthFrame&
   }
 }
 
+bool isOfLeg(int joint) {
+  constexpr std::array kLegs = {
+      kLeftHip, kRightHip, kLeftKnee, kRightKnee, kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot};
+  return std::find(kLegs.begin(), kLegs.end(), joint) != kLegs.end();
+}
+
+/// A share of what the legs carry goes over to the pelvis.
+JointWeights hungFromHips(JointWeights weights, double share) {
+  double moved = 0.0;
+  for (std::size_t i = 0; i < weights.joints.size(); ++i) {
+    if (!isOfLeg(weights.joints[i]))
+      continue;
+    moved += share * weights.weights[i];
+    weights.weights[i] *= 1.0 - share;
+  }
+  weights.joints.push_back(kPelvis);
+  weights.weights.push_back(moved);
+  return weights;
+}
+
 }  // namespace
 
 void FusionOptions::validate() const {
@@ -145,14 +166,24 @@ void CanonicalFusion::allocate(const PosedDepthFrame& frame) {
   }
 }
 
+/// What carries a point: the joints of its nearest skin, but for a skirt.
+JointWeights CanonicalFusion::carriers(const SkinningField::Anchor& anchor) const {
+  constexpr double kSnug = 0.01;  // cloth that touches, with the errors of its place [m]
+  constexpr double kFree = 0.05;  // [m]
+  if (!options_.legsCovered)
+    return anchor.weights;
+  const double distance = std::sqrt(anchor.skin.squaredDistance);
+  return hungFromHips(anchor.weights, std::clamp((distance - kSnug) / (kFree - kSnug), 0.0, 1.0));
+}
+
 std::optional<Eigen::Vector3d> CanonicalFusion::canonicalFromLive(
     const Eigen::Vector3d& point) const {
   const auto anchor = live_.anchor(point, options_.maxBodyDistance);
   if (!anchor)
     return std::nullopt;
-  const Eigen::Vector3d rest =
-      blendedTransform(anchor->weights, live_.posedFromRest()).inverse() * point;
-  return blendedTransform(anchor->weights, canonical_.posedFromRest()) * rest;
+  const JointWeights weights = carriers(*anchor);
+  const Eigen::Vector3d rest = blendedTransform(weights, live_.posedFromRest()).inverse() * point;
+  return blendedTransform(weights, canonical_.posedFromRest()) * rest;
 }
 
 Eigen::Vector3d CanonicalFusion::canonicalPoint(int block, int corner) const {
@@ -167,13 +198,13 @@ CanonicalFusion::LatticePoint CanonicalFusion::latticePoint(int block, int corne
   LatticePoint result;
   const Eigen::Vector3d point = canonicalPoint(block, corner);
   // Blocks reach a little further than the depth that they were made for.
-  auto anchor = canonical_.anchor(point, options_.maxBodyDistance + 0.1);
+  const auto anchor = canonical_.anchor(point, options_.maxBodyDistance + 0.1);
   if (!anchor)
     return result;
   result.followsBody = true;
   result.bodyDistance = static_cast<float>(std::sqrt(anchor->skin.squaredDistance));
-  result.rest = blendedTransform(anchor->weights, canonical_.posedFromRest()).inverse() * point;
-  result.weights = std::move(anchor->weights);
+  result.weights = carriers(*anchor);
+  result.rest = blendedTransform(result.weights, canonical_.posedFromRest()).inverse() * point;
   return result;
 }
 

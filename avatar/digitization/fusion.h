@@ -25,6 +25,8 @@ struct FusionOptions {
   double contactMargin = 0.02;
   double collisionDistance = 0.08;  ///< places of the canonical pose this far apart [m] that meet
                                     ///< in a frame collide, > 0
+  /// A skirt or a dress covers the legs together: off their skin it hangs from the hips.
+  bool legsCovered = false;
   LoopRunner runLoop = runSerially;
 
   /// Throws std::invalid_argument when a value is out of its range.
@@ -81,6 +83,7 @@ class CanonicalFusion {
   /// The lattice along x through a row of a block's voxels.
   using LatticeRow = std::array<LivePoint, kLatticeSize>;
 
+  JointWeights carriers(const SkinningField::Anchor& anchor) const;
   std::optional<Eigen::Vector3d> canonicalFromLive(const Eigen::Vector3d& point) const;
   void prepareLattice();
   LatticePoint latticePoint(int block, int corner) const;

@@ -48,7 +48,7 @@ class TurnTracking {
 
   /// Tracks until the turn is whole and learns the shape on the way.
   FirstPass learn() {
-    TrackedRecording frames = tracked({}, options_.frames);
+    TrackedRecording frames = tracked({model_, {}, {}}, options_.frames);
     const std::optional<int> given =
         options_.frames ? options_.frames : frames.info().turnaroundFrames;
     const int limit = std::min(given.value_or(frames.numFrames()), frames.numFrames());
@@ -75,9 +75,10 @@ class TurnTracking {
     return result;
   }
 
-  Turn keep(const FirstPass& learned) {
+  Turn keep(const FirstPass& learned, const std::optional<OuterLayer>& clothes = {}) {
     turn_.betas = learned.betas;
-    TrackedRecording frames = tracked(learned.betas, learned.count);
+    turn_.framesTaken = learned.count;
+    TrackedRecording frames = tracked({model_, learned.betas, clothes}, learned.count);
     const int kept = std::min(learned.count, options_.mostFrames);
     std::vector<double> headings;
     for (std::optional<TrackedFrame> frame = frames.next(); frame;
@@ -104,9 +105,8 @@ class TurnTracking {
   }
 
  private:
-  TrackedRecording tracked(
-      const std::optional<Eigen::VectorXd>& betas, std::optional<int> count) const {
-    return {recording_.open(), recording_.name, {model_, betas, {}}, {.first = 0, .count = count}};
+  TrackedRecording tracked(const TrackedPerson& person, std::optional<int> count) const {
+    return {recording_.open(), recording_.name, person, {.first = 0, .count = count}};
   }
 
   void addTimes(const TrackedFrame& frame) {
@@ -213,6 +213,18 @@ Turn trackTurn(
   options.validate();
   TurnTracking tracking(recording, model, options);
   return tracking.keep(tracking.learn());
+}
+
+Turn trackAgain(
+    const Turn& turn,
+    const FrameSupply& recording,
+    const avatar::BodyModel& model,
+    const KnownPerson& person,
+    const TurnOptions& options) {
+  TurnTracking tracking(recording, model, options);
+  Turn again = tracking.keep({turn.framesTaken, person.betas}, person.clothes);
+  again.warnings = turn.warnings;
+  return again;
 }
 
 }  // namespace simulcap

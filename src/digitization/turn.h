@@ -7,6 +7,7 @@
 #include "src/input/depth_cloud.h"
 #include "src/input/frame_source.h"
 #include "src/input/rgbd_frame.h"
+#include "src/tracking/outer_layer.h"
 
 #include <Eigen/Core>
 
@@ -34,6 +35,7 @@ struct Turn {
   Eigen::VectorXd betas;                        ///< as estimated over the turn
   std::vector<avatar::PosedDepthFrame> frames;  ///< cut to the person's box; lost ones left out
   std::vector<int> numbers;                     ///< of the frames within the recording
+  int framesTaken = 0;                          ///< of the recording that the turn takes up
   int framesRead = 0;                           ///< with the person
   int framesLost = 0;                           ///< in which the body's pose isn't known
   double degreesSeen = 0.0;                     ///< sides of the person that were seen, 0 … 360
@@ -57,6 +59,21 @@ class TurnedAngle {
   double turned_ = 0.0;         // [rad]
   std::optional<double> last_;  // heading [rad]
 };
+
+/// A person's shape and clothes, as far as they are known.
+struct KnownPerson {
+  Eigen::VectorXd betas;
+  std::optional<OuterLayer> clothes;  ///< absent: none were found
+};
+
+/// Tracks a turn once more, now that the person is known: skin under cloth is no longer taken for
+/// what depth shows. Throws avatar::FileError.
+Turn trackAgain(
+    const Turn& turn,
+    const FrameSupply& recording,
+    const avatar::BodyModel& model,
+    const KnownPerson& person,
+    const TurnOptions& options = {});
 
 /// The sides of a person that a camera saw, from the headings relative to it [rad]: in steps of 10
 /// degrees, each frame showing the 90 degrees about its own [deg].

@@ -128,6 +128,19 @@ inline TriangleMesh cylinder(double radius, double height, int columns, int rows
   });
 }
 
+/// Open cone hanging down about the vertical from a centre, normals outwards, two boundary loops.
+inline TriangleMesh openCone(
+    const Eigen::Vector3d& top, double height, double topRadius, double radius) {
+  constexpr int kColumns = 32;
+  constexpr int kRows = 8;
+  return grid(kColumns, kRows, true, false, [&](int i, int j) {
+    const double u = 2.0 * kPi * i / kColumns;
+    const double down = static_cast<double>(j) / kRows;
+    const double r = topRadius + down * (radius - topRadius);
+    return Eigen::Vector3d(top + Eigen::Vector3d(r * std::cos(u), -height * down, r * std::sin(u)));
+  });
+}
+
 /// Flat rectangle in the plane z = 0 with the normal +z, one boundary loop.
 inline TriangleMesh rectangle(double width, double height, int columns, int rows) {
   return grid(columns, rows, false, false, [&](int i, int j) {

@@ -7,9 +7,11 @@
 #include "avatar/geometry/closest_point.h"
 #include "tests/avatar/digitization/rendered_frame.h"
 #include "tests/support/capsule_figure.h"
+#include "tests/support/primitive_meshes.h"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numbers>
 
 namespace avatar {
@@ -47,6 +49,10 @@ class FusionTest : public testing::Test {
     for (int view = 0; view < kViews; ++view)
       fusion.integrate(frameOf(turnPose(view)));
     return fusion;
+  }
+
+  Eigen::Vector3d canonicalJoint(int joint) const {
+    return skinning_.pose(shaped_, aPose()).joints.col(joint);
   }
 
   BodyModel model_ = test::capsuleFigure();
@@ -117,6 +123,42 @@ TEST_F(FusionTest, ClosesTheSurface) {
   // Leaves of the octree are about 15 mm.
   const std::vector<double> distances = distancesTo(body, seen);
   EXPECT_LT(distances[distances.size() / 2], 0.003);
+}
+
+/// Of a skirt that keeps its shape while the legs beneath it step, against that shape [m].
+TEST_F(FusionTest, ASkirtDoesntStepWithTheLegs) {
+  const Eigen::Vector3d waist = canonicalJoint(kPelvis);
+  const TriangleMesh skirt = test::openCone(waist, 0.5, 0.22, 0.4);
+  const auto medianError = [&](bool legsCovered) {
+    CanonicalFusion fusion(
+        skinning_,
+        betas_,
+        aPose(),
+        {.voxelSize = kVoxel, .truncation = 3.0 * kVoxel, .legsCovered = legsCovered});
+    std::vector<PosedDepthFrame> frames;
+    for (int view = 0; view < kViews; ++view) {
+      const double angle = 2.0 * std::numbers::pi * view / kViews;
+      BodyPose pose = test::turned(aPose(), angle);
+      pose.jointRotations[3 * kLeftHip] += 0.3 * std::sin(2.0 * view);
+      pose.jointRotations[3 * kRightHip] -= 0.3 * std::sin(2.0 * view);
+      TriangleMesh worn = skirt;
+      const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitY());
+      const Eigen::Vector3d pelvis = skinning_.pose(shaped_, pose).joints.col(kPelvis);
+      worn.vertices =
+          (turn.toRotationMatrix() * (worn.vertices.colwise() - waist)).colwise() + pelvis;
+      frames.push_back(
+          test::renderedFrame(std::array{test::PaintedMesh{worn}}, test::frontCamera(2.2), pose));
+    }
+    for (const PosedDepthFrame& frame : frames)
+      fusion.allocate(frame);
+    for (const PosedDepthFrame& frame : frames)
+      fusion.integrate(frame);
+    const std::vector<double> distances =
+        distancesTo(skirt, surfacePoints(fusion.volume(), 0.05).points);
+    return distances[distances.size() / 2];
+  };
+  EXPECT_LT(medianError(true), 0.5 * kVoxel);
+  EXPECT_GT(medianError(false), kVoxel) << "steps of 0.3 rad move a thigh by a tenth of a metre";
 }
 
 TEST_F(FusionTest, ArmsTouchTheTrunkOnlyWhereTheyCameNearIt) {

@@ -1,0 +1,78 @@
+#include "avatar/digitization/upright_stand.h"
+
+#include "avatar/motion.h"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+
+namespace avatar {
+namespace {
+
+/// A place between hip (0) and knee (1).
+Eigen::Vector3d onThigh(const SkinnedBody& body, int hip, double t) {
+  constexpr int kToKnee = 3;  // joints, in the order of SMPL
+  return (1.0 - t) * body.joints.col(hip) + t * body.joints.col(hip + kToKnee);
+}
+
+bool gapBetween(
+    const PosedDepthFrame& frame, const Eigen::Vector3d& left, const Eigen::Vector3d& right) {
+  constexpr int kSteps = 32;
+  for (int i = 1; i < kSteps; ++i) {
+    const Eigen::Vector3d at = left + (right - left) * i / kSteps;
+    const auto x = static_cast<int>(std::lround(at.x()));
+    const auto y = static_cast<int>(std::lround(at.y()));
+    if (x < 0 || y < 0 || x >= frame.camera.width || y >= frame.camera.height ||
+        frame.depth[frame.index(x, y)] <= 0.0F)
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool legsApart(
+    const std::vector<PosedDepthFrame>& frames,
+    const Skinning& skinning,
+    const ShapedBody& shaped) {
+  int gaps = 0;
+  int samples = 0;
+  for (const PosedDepthFrame& frame : frames) {
+    const SkinnedBody body = skinning.pose(shaped, frame.pose);
+    for (const double t : {0.45, 0.55, 0.65}) {
+      const Eigen::Vector3d left = project(frame.camera, onThigh(body, kLeftHip, t));
+      const Eigen::Vector3d right = project(frame.camera, onThigh(body, kRightHip, t));
+      // Seen from the side, one thigh hides the gap.
+      constexpr double kApart = 0.12;  // [m]
+      if ((left - right).head<2>().norm() * left.z() < kApart * frame.camera.fx)
+        continue;
+      ++samples;
+      gaps += gapBetween(frame, left, right) ? 1 : 0;
+    }
+  }
+  return samples > 0 && 2 * gaps > samples;
+}
+
+BodyPose uprightBelowNeck(
+    const BodyPose& pose, const Skinning& skinning, const ShapedBody& shaped) {
+  BodyPose upright = pose;
+  for (const int joint :
+       {kLeftHip,
+        kRightHip,
+        kSpine1,
+        kLeftKnee,
+        kRightKnee,
+        kSpine2,
+        kLeftAnkle,
+        kRightAnkle,
+        kSpine3})
+    upright.jointRotations.segment<3>(3 * joint).setZero();
+  upright.jointRotations.segment<3>(3 * kPelvis) = heading(pose) * Eigen::Vector3d::UnitY();
+  const auto neck = [&](const BodyPose& of) -> Eigen::Vector3d {
+    return skinning.pose(shaped, of).joints.col(kNeck);
+  };
+  upright.translation += neck(pose) - neck(upright);
+  return upright;
+}
+
+}  // namespace avatar
