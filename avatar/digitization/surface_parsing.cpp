@@ -14,15 +14,31 @@
 namespace avatar {
 namespace {
 
+/// The median of how often a vertex was seen, of those that were; at least 1.
+double usualCount(const std::vector<LabelCounts>& labels) {
+  std::vector<int> seen;
+  for (const LabelCounts& counts : labels) {
+    if (const int sum = counts[0] + counts[1] + counts[2]; sum > 0)
+      seen.push_back(sum);
+  }
+  if (seen.empty())
+    return 1.0;
+  const auto middle = seen.begin() + std::ssize(seen) / 2;
+  std::nth_element(seen.begin(), middle, seen.end());
+  return *middle;
+}
+
 LabelProblem labelProblem(
     const OuterSurface& surface, const Adjacency& adjacency, const SurfaceParsingOptions& options) {
   LabelProblem problem;
   problem.costs.reserve(surface.labels.size());
+  const double seldom = options.seldom * usualCount(surface.labels);
   for (const LabelCounts& counts : surface.labels) {
-    const double total = counts[0] + counts[1] + counts[2] + 3.0;
+    const double sum = counts[0] + counts[1] + counts[2];
+    const double trust = sum / (sum + seldom + 1e-9);
     std::array<double, kNumSurfaceLabels> costs = {};
     for (std::size_t l = 0; l < costs.size(); ++l)
-      costs[l] = -std::log((counts[l] + 1.0) / total);
+      costs[l] = -trust * std::log((counts[l] + 1.0) / (sum + 3.0));
     problem.costs.push_back(costs);
   }
   problem.edges = adjacency.edges;
@@ -136,6 +152,7 @@ void SurfaceParsingOptions::validate() const {
   };
   demand(boundaryCost >= 0.0, "boundaryCost is expected at 0 or above");
   demand(colorScale > 0.0, "colorScale is expected above 0");
+  demand(seldom >= 0.0, "seldom is expected at 0 or above");
   demand(smallestPart >= 0.0, "smallestPart is expected at 0 m² or above");
 }
 

@@ -12,8 +12,11 @@
 namespace avatar {
 
 struct SurfaceParsingOptions {
-  double boundaryCost = 1.0;   ///< λ of a boundary along edges of mean length, ≥ 0
-  double colorScale = 0.08;    ///< σ: display colours this far apart make a boundary cheap, > 0
+  double boundaryCost = 1.0;  ///< λ of a boundary along edges of mean length, ≥ 0
+  double colorScale = 0.08;   ///< σ: display colours this far apart make a boundary cheap, > 0
+  /// Places seen this share of the usual number of times count half, ≥ 0: what a pose's errors put
+  /// between arm and side was seldom seen, and often is what lies beside it.
+  double seldom = 0.2;
   double smallestPart = 0.01;  ///< parts of less area [m²] join their neighbours, ≥ 0
 
   /// Throws std::invalid_argument when a value is out of its range.
@@ -21,7 +24,8 @@ struct SurfaceParsingOptions {
 };
 
 /// One SurfaceLabel per vertex (formulation A7): the costs −log((n_l + 1)/(N + 3)) of the label
-/// frequencies, boundaries λ exp(−Δc²/2σ²) · edge length / mean, small parts removed.
+/// frequencies, less where N is small, boundaries λ exp(−Δc²/2σ²) · edge length / mean, small parts
+/// removed.
 std::vector<std::uint8_t> parsedSurface(
     const OuterSurface& surface, const SurfaceParsingOptions& options = {});
 

@@ -111,6 +111,43 @@ TEST(SurfaceParsing, CutsABandAsATube) {
   }
 }
 
+/// Two halves that were seen often and, in a ring between them, tongues of both that were seen so
+/// many times.
+OuterSurface frayedHalves(std::uint16_t count) {
+  OuterSurface surface;
+  surface.mesh = test::icosphere(0.2, 4);
+  surface.colors = Eigen::Matrix3Xd::Constant(3, surface.mesh.numVertices(), 0.5);
+  constexpr double kRing = 0.03;  // [m] on either side of the middle
+  constexpr std::uint16_t kOften = 200;
+  for (const auto vertex : surface.mesh.vertices.colwise()) {
+    const bool isRing = std::abs(vertex.y()) < kRing;
+    const double side = isRing ? std::sin(15.0 * std::atan2(vertex.x(), vertex.z())) : vertex.y();
+    LabelCounts counts = {};
+    counts[side > 0.0 ? kUpperLabel - 1 : kSkinLabel - 1] = isRing ? count : kOften;
+    surface.labels.push_back(counts);
+  }
+  return surface;
+}
+
+/// Edges between different labels.
+int boundaryLength(const OuterSurface& surface) {
+  const std::vector<std::uint8_t> labels = parsedSurface(surface);
+  const Adjacency adjacency = buildAdjacency(surface.mesh.faces, surface.mesh.numVertices());
+  int length = 0;
+  for (const auto edge : adjacency.edges.colwise()) {
+    const auto a = static_cast<std::size_t>(edge[0]);
+    const auto b = static_cast<std::size_t>(edge[1]);
+    length += labels[a] != labels[b] ? 1 : 0;
+  }
+  return length;
+}
+
+TEST(SurfaceParsing, SeldomSeenPlacesDontFrayABoundary) {
+  const int shortest = boundaryLength(frayedHalves(0));
+  EXPECT_EQ(boundaryLength(frayedHalves(4)), shortest);
+  EXPECT_GT(boundaryLength(frayedHalves(200)), 1.5 * shortest) << "seen often, they are there";
+}
+
 TEST(SurfaceParsing, RefusesAnotherNumberOfLabels) {
   EXPECT_THROW(labelledPart(test::cube(), {kSkinLabel}, kSkinLabel), std::invalid_argument);
 }
