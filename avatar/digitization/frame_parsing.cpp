@@ -44,6 +44,39 @@ const char* nameOf(std::size_t place) {
   return kNames[place];
 }
 
+/// Tells colours like those of one kind of surface.
+class SimilarColors {
+ public:
+  explicit SimilarColors(const std::vector<Rgb>& colors) : model_(colors) {
+    constexpr double kRare = 0.05;  // of its own colours
+    std::vector<float> own = model_.logLikelihoods(colors);
+    const auto place =
+        own.begin() + static_cast<std::ptrdiff_t>(kRare * static_cast<double>(own.size()));
+    std::nth_element(own.begin(), place, own.end());
+    least_ = *place;
+  }
+
+  std::vector<Rgb> unlike(const std::vector<Rgb>& colors) const {
+    const std::vector<float> densities = model_.logLikelihoods(colors);
+    std::vector<Rgb> result;
+    for (std::size_t i = 0; i < colors.size(); ++i) {
+      if (densities[i] < least_)
+        result.push_back(colors[i]);
+    }
+    return result;
+  }
+
+  double shareOf(const std::vector<Rgb>& colors) const {
+    return colors.empty() ? 0.0
+                          : 1.0 - static_cast<double>(unlike(colors).size()) /
+                                      static_cast<double>(colors.size());
+  }
+
+ private:
+  ColorModel model_;
+  float least_ = 0.0F;  // log-likelihood
+};
+
 class FrameParser {
  public:
   FrameParser(
@@ -62,7 +95,7 @@ class FrameParser {
       return given();
     requireColors();
     chooseSeedFrames();
-    learn(seedColors());
+    learn(fromLabels_ ? seedColors() : withoutUpperOnThighs(seedColors()));
     // What was labelled by others teaches no more the second time.
     for (int round = 0; round < (fromLabels_ ? 0 : options_.rounds); ++round)
       learn(labelledColors());
@@ -189,6 +222,45 @@ class FrameParser {
         return kNoLabel;
       return seedParts_[s].sure[i] != 0 ? seedLabel(seedParts_[s].parts[i]) : kNoLabel;
     });
+  }
+
+  std::vector<Rgb> sureColors(BodyPart part) const {
+    const auto isSure = [&](std::size_t s, std::size_t i) {
+      return seedParts_[s].sure[i] != 0 && seedParts_[s].parts[i] == part;
+    };
+    return collected([&](std::size_t s, std::size_t i) -> std::uint8_t {
+      return isSure(s, i) ? kUpperLabel : kNoLabel;
+    })[kUpperLabel - 1U];
+  }
+
+  /// A long shirt hangs over hips and thighs, but not down to the knees: where that is how the
+  /// chest's colours are spread, those on the thighs are no colours of the lower garment. That one
+  /// must show, above bare knees by a good part of the thighs: a short dress leaves its shades.
+  ClassColors withoutUpperOnThighs(ClassColors colors) const {
+    std::vector<Rgb>& lower = colors[kLowerLabel - 1U];
+    for (const auto& ofClass : colors) {
+      if (ofClass.size() < kFewestColors)
+        return colors;
+    }
+    const SimilarColors upper(colors[kUpperLabel - 1U]);
+    const std::vector<Rgb> hips = sureColors(BodyPart::kHip);
+    const std::vector<Rgb> aboveKnees = sureColors(BodyPart::kLowerThigh);
+    constexpr double kCovered = 0.8;
+    constexpr double kFree = 0.3;
+    if ((hips.size() >= kFewestColors && upper.shareOf(hips) < kCovered) ||
+        upper.shareOf(aboveKnees) > kFree)
+      return colors;
+    const std::vector<Rgb> cloth =
+        SimilarColors(colors[kSkinLabel - 1U]).unlike(upper.unlike(aboveKnees));
+    const bool reachesKnees = cloth.size() >= kFewestColors && 2 * cloth.size() > aboveKnees.size();
+    std::vector<Rgb> shown = upper.unlike(lower);
+    if (reachesKnees)
+      shown.insert(shown.end(), cloth.begin(), cloth.end());
+    constexpr double kGoodPart = 0.25;
+    const double least = reachesKnees ? 0.0 : kGoodPart * static_cast<double>(lower.size());
+    if (shown.size() >= kFewestColors && static_cast<double>(shown.size()) >= least)
+      lower = thinned(shown, options_.colorsPerClass);
+    return colors;
   }
 
   ClassColors labelledColors() const {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -65,25 +66,32 @@ bool isLower(int joint) {
 
 class FrameParsingTest : public testing::Test {
  protected:
-  /// Faces of the figure by what carries them.
-  template <typename Predicate>
-  Eigen::Matrix3Xi facesWhere(const Predicate& predicate) const {
+  SurfaceLabel labelOf(Eigen::Index face, double hem) const {
+    int joint = 0;
+    const int vertex = model_.faces(0, face);
+    Eigen::VectorXd(model_.skinningWeights.row(vertex)).maxCoeff(&joint);
+    const bool underShirt = isLower(joint) && shaped_.vertices(1, vertex) > hem;
+    return isUpper(joint) || underShirt ? kUpperLabel : isLower(joint) ? kLowerLabel : kSkinLabel;
+  }
+
+  Eigen::Matrix3Xi facesWith(SurfaceLabel label, double hem) const {
     std::vector<Eigen::Index> chosen;
     for (Eigen::Index f = 0; f < model_.numFaces(); ++f) {
-      int joint = 0;
-      Eigen::VectorXd(model_.skinningWeights.row(model_.faces(0, f))).maxCoeff(&joint);
-      if (predicate(joint))
+      if (labelOf(f, hem) == label)
         chosen.push_back(f);
     }
     return model_.faces(Eigen::all, chosen);
   }
 
-  /// A turn of somebody in T-shirt and trousers of these colours.
+  /// A turn of somebody in T-shirt and trousers of these colours. `hem`: height down to which the
+  /// shirt hangs over the trousers, in the rest pose [m].
   std::vector<PosedDepthFrame> turn(
-      const Eigen::Vector3d& upperColor, const Eigen::Vector3d& lowerColor) const {
-    const Eigen::Matrix3Xi upper = facesWhere(isUpper);
-    const Eigen::Matrix3Xi lower = facesWhere(isLower);
-    const Eigen::Matrix3Xi skin = facesWhere([](int j) { return !isUpper(j) && !isLower(j); });
+      const Eigen::Vector3d& upperColor,
+      const Eigen::Vector3d& lowerColor,
+      double hem = std::numeric_limits<double>::infinity()) const {
+    const Eigen::Matrix3Xi upper = facesWith(kUpperLabel, hem);
+    const Eigen::Matrix3Xi lower = facesWith(kLowerLabel, hem);
+    const Eigen::Matrix3Xi skin = facesWith(kSkinLabel, hem);
     std::vector<PosedDepthFrame> frames;
     for (int view = 0; view < 4; ++view) {
       const BodyPose pose = test::turned(aPose(), 0.5 * std::numbers::pi * view);
@@ -129,6 +137,17 @@ TEST_F(FrameParsingTest, LearnsTheColoursFromTheTrackedBody) {
   EXPECT_TRUE(parsing.warnings.empty());
   ASSERT_EQ(parsing.labels.size(), frames.size());
   // Of a person 200 pixels high, averaging over 5 × 5 pixels costs up to two at each border.
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
+}
+
+TEST_F(FrameParsingTest, KnowsALongShirtOnTheThighs) {
+  const double hip = shaped_.joints(1, kLeftHip);
+  const double knee = shaped_.joints(1, kLeftKnee);
+  const std::vector<PosedDepthFrame> frames =
+      turn(kShirtColor, kTrousersColor, hip + 0.15 * (knee - hip));
+  const FrameParsing parsing = parsed(unlabelled(frames));
+  EXPECT_FALSE(parsing.onePiece);
   for (std::size_t f = 0; f < frames.size(); ++f)
     EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
 }
