@@ -235,7 +235,7 @@ class FrameParser {
 
   /// A long shirt hangs over hips and thighs, but not down to the knees: where that is how the
   /// chest's colours are spread, those on the thighs are no colours of the lower garment. That one
-  /// must show, above bare knees by a good part of the thighs: a short dress leaves its shades.
+  /// shows on a good part of the thighs, or else above the knees: a short dress leaves its shades.
   ClassColors withoutUpperOnThighs(ClassColors colors) const {
     std::vector<Rgb>& lower = colors[kLowerLabel - 1U];
     for (const auto& ofClass : colors) {
@@ -250,15 +250,16 @@ class FrameParser {
     if ((hips.size() >= kFewestColors && upper.shareOf(hips) < kCovered) ||
         upper.shareOf(aboveKnees) > kFree)
       return colors;
-    const std::vector<Rgb> cloth =
-        SimilarColors(colors[kSkinLabel - 1U]).unlike(upper.unlike(aboveKnees));
-    const bool reachesKnees = cloth.size() >= kFewestColors && 2 * cloth.size() > aboveKnees.size();
     std::vector<Rgb> shown = upper.unlike(lower);
-    if (reachesKnees)
-      shown.insert(shown.end(), cloth.begin(), cloth.end());
     constexpr double kGoodPart = 0.25;
-    const double least = reachesKnees ? 0.0 : kGoodPart * static_cast<double>(lower.size());
-    if (shown.size() >= kFewestColors && static_cast<double>(shown.size()) >= least)
+    if (static_cast<double>(shown.size()) < kGoodPart * static_cast<double>(lower.size())) {
+      const std::vector<Rgb> cloth =
+          SimilarColors(colors[kSkinLabel - 1U]).unlike(upper.unlike(aboveKnees));
+      if (cloth.size() < kFewestColors || 2 * cloth.size() < aboveKnees.size())
+        return colors;
+      shown.insert(shown.end(), cloth.begin(), cloth.end());
+    }
+    if (shown.size() >= kFewestColors)
       lower = thinned(shown, options_.colorsPerClass);
     return colors;
   }
