@@ -14,8 +14,8 @@
 namespace simulcap {
 namespace {
 
-constexpr std::uint8_t N = avatar::kNoLabel, S = avatar::kSkinLabel, U = avatar::kUpperLabel,
-                       L = avatar::kLowerLabel;
+constexpr std::uint8_t kN = avatar::kNoLabel, kS = avatar::kSkinLabel, kU = avatar::kUpperLabel,
+                       kL = avatar::kLowerLabel;
 
 /// Pictures of 4 x 3 pixels, of which the person's box is the middle 2 x 3.
 class LabelConfusion : public testing::Test {
@@ -40,9 +40,10 @@ class LabelConfusion : public testing::Test {
 };
 
 TEST_F(LabelConfusion, IsTheShareOfEachTrueLabelSummedOverThePictures) {
-  writeTruth(0, {L, S, S, L, L, U, U, L, L, L, L, L});
-  writeTruth(5, {L, S, S, L, L, U, U, L, L, L, L, L});
-  const auto found = confusion({parsed(0, {S, S, U, L, L, L}), parsed(5, {S, U, U, U, L, L})});
+  writeTruth(0, {kL, kS, kS, kL, kL, kU, kU, kL, kL, kL, kL, kL});
+  writeTruth(5, {kL, kS, kS, kL, kL, kU, kU, kL, kL, kL, kL, kL});
+  const auto found =
+      confusion({parsed(0, {kS, kS, kU, kL, kL, kL}), parsed(5, {kS, kU, kU, kU, kL, kL})});
   EXPECT_EQ(found["skin"], (nlohmann::json{{"skin", 0.75}, {"upper", 0.25}, {"lower", 0.0}}));
   EXPECT_EQ(found["upper"], (nlohmann::json{{"skin", 0.0}, {"upper", 0.75}, {"lower", 0.25}}));
   // What lies outside the box, lower garment, counts for nothing.
@@ -50,8 +51,8 @@ TEST_F(LabelConfusion, IsTheShareOfEachTrueLabelSummedOverThePictures) {
 }
 
 TEST_F(LabelConfusion, LeavesOutWhatEitherSideTakesForNobody) {
-  writeTruth(0, {N, S, N, N, N, S, S, N, N, U, N, N});
-  const auto found = confusion({parsed(0, {S, U, N, U, N, L})});
+  writeTruth(0, {kN, kS, kN, kN, kN, kS, kS, kN, kN, kU, kN, kN});
+  const auto found = confusion({parsed(0, {kS, kU, kN, kU, kN, kL})});
   EXPECT_EQ(found["skin"], (nlohmann::json{{"skin", 0.5}, {"upper", 0.5}, {"lower", 0.0}}));
   EXPECT_FALSE(found.contains("upper"));
   EXPECT_FALSE(found.contains("lower"));
@@ -59,10 +60,12 @@ TEST_F(LabelConfusion, LeavesOutWhatEitherSideTakesForNobody) {
 
 TEST_F(LabelConfusion, IsNothingWithoutTruth) {
   EXPECT_TRUE(confusion({}).is_null());
-  EXPECT_TRUE(confusion({parsed(0, {S, S, S, S, S, S})}).is_null());
-  writeTruth(0, std::vector<std::uint8_t>(12, S));
+  EXPECT_TRUE(confusion({parsed(0, {kS, kS, kS, kS, kS, kS})}).is_null());
+  writeTruth(0, std::vector<std::uint8_t>(12, kS));
   EXPECT_EQ(
-      confusion({parsed(0, {S, S, S, S, S, S}), parsed(1, {U, U, U, U, U, U})})["skin"]["skin"],
+      confusion(
+          {parsed(0, {kS, kS, kS, kS, kS, kS}),
+           parsed(1, {kU, kU, kU, kU, kU, kU})})["skin"]["skin"],
       1.0);
 }
 
@@ -71,7 +74,7 @@ TEST_F(LabelConfusion, NamesATruthThatIsNoLabelPicture) {
   const std::string file = labelPicturePath(folder_.path("labels"), 0);
   cv::imwrite(file, picture);
   try {
-    confusion({parsed(0, {S, S, S, S, S, S})});
+    confusion({parsed(0, {kS, kS, kS, kS, kS, kS})});
     FAIL() << "was taken";
   } catch (const avatar::FileError& error) {
     EXPECT_NE(std::string(error.what()).find(file), std::string::npos) << error.what();
