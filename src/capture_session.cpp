@@ -138,8 +138,12 @@ CaptureSession::CaptureSession(
 
 bullet_ext::CaptureSetup CaptureSession::captureSetup(int threads) const {
   bullet_ext::CaptureSetup setup;
-  for (const Layer& layer : layers_)
-    setup.garments.push_back(captureGarment(layer.garment, options_.substepDuration));
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    avatar::Garment garment = layers_[i].garment;
+    if (!person_.restShapes.empty())
+      garment.mesh.vertices = person_.restShapes.at(i);
+    setup.garments.push_back(captureGarment(garment, options_.substepDuration));
+  }
   setup.bodyFaces = person_.model.faces;
   setup.numBodyVertices = person_.model.numVertices();
   setup.garmentContact = options_.garmentContact && layers_.size() > 1;

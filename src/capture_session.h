@@ -30,6 +30,8 @@ namespace simulcap {
 struct CapturePerson {
   const avatar::BodyModel& model;
   const avatar::LayeredAvatar& avatar;
+  /// Of the garments, 3 × N each [m], in their bind poses; empty: their meshes.
+  std::vector<Eigen::Matrix3Xd> restShapes = {};
 };
 
 /// Wall time of the stages of one frame [ms].

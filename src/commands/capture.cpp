@@ -193,8 +193,8 @@ std::unique_ptr<CaptureSession> startedSession(
     const avatar::Camera& camera,
     const CaptureOutput& output,
     int threads) {
-  auto session = std::make_unique<CaptureSession>(
-      CapturePerson{*person.model, person.avatar}, camera, captureOptions(options), threads);
+  auto session =
+      std::make_unique<CaptureSession>(person.captured(), camera, captureOptions(options), threads);
   if (output.resumed())
     session->restore(output.resumed()->cloth);
   return session;
@@ -270,7 +270,9 @@ void captureFrames(
 
 void capture(const CaptureVerbOptions& options, const CommandContext& context) {
   requireConsistent(options);
-  const Person person = findPerson(options, context);
+  Person person = findPerson(options, context);
+  if (isSimulated(captureOptions(options).method))
+    findRestShapes(person, context);
   TrackedRecording frames = openFrames(options.sequence, options.person, person, context.threads);
   context.console.info("left out: " + listedWords(partsLeftOut(options, person)));
   CapturedSoFar captured{openOutput(options, person, frames), {}};

@@ -129,11 +129,13 @@ void writePictures(
 void compareCaptures(const CompareOptions& options, const CommandContext& context) {
   if (options.person.avatar.empty())
     throw UsageError("--avatar: say who is dressed how in " + options.subject);
-  const Person person = readPerson(options.person);
+  Person person = readPerson(options.person);
+  findRestShapes(person, context);
   TrackedRecording frames = openFrames(options.subject, options.person, person, context.threads);
   CaptureComparison comparison(
       {.avatar = person.avatar,
        .model = person.model,
+       .restShapes = person.restShapes,
        .sequence = options.subject,
        .folder = options.output,
        .framesPerSecond = frames.info().framesPerSecond,

@@ -256,7 +256,7 @@ void captureLive(
       output->add(frame, result, frames.camera());
     };
   }
-  LiveSession session(frames, {*person.model, person.avatar}, live);
+  LiveSession session(frames, person.captured(), live);
   {
     LiveFeed feed([&session](LiveFeed& own) { session.run(own); });
     viewer.show(feed, person.avatar, person.model->faces);
@@ -308,6 +308,7 @@ void live(const LiveVerbOptions& options, const CommandContext& context) {
     source = options.isPlayed() ? openSource(options, module)
                                 : std::make_unique<KeepingSource>(turning, 0);
   }
+  findRestShapes(*person, context);
   captureLive(std::move(source), *person, options, context, viewer);
 }
 

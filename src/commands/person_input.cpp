@@ -5,10 +5,11 @@
 #include "avatar/io/file_error.h"
 #include "avatar/io/motion_file.h"
 #include "bullet_ext/core/cloth_material.h"
-#include "src/capture_session.h"
-#include "src/commands/commands.h"
+#include "src/digitization/rest_shape.h"
 #include "src/evaluation/camera_file.h"
 #include "src/evaluation/posed_avatar.h"
+#include "src/program/console.h"
+#include "src/program/interruption.h"
 
 #include <CLI/CLI.hpp>
 
@@ -79,6 +80,17 @@ Person readPerson(const PersonOptions& options) {
         "its body isn't of the model " + name + "; give --body the model it was made with");
   wearMaterial(person.avatar, options.material);
   return person;
+}
+
+void findRestShapes(Person& person, const CommandContext& context) {
+  RestShapeOptions options;
+  options.threads = context.threads;
+  options.onRound = [&](int round) {
+    stopIfInterrupted();
+    if (round == 0)
+      context.console.info("finding shapes that hang as the garments were worn");
+  };
+  person.restShapes = restShapes(person.captured(), options);
 }
 
 void wearMaterial(avatar::LayeredAvatar& avatar, const std::string& material) {

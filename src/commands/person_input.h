@@ -3,12 +3,15 @@
 #include "avatar/body_model.h"
 #include "avatar/layered_avatar.h"
 #include "src/capture/tracked_recording.h"
+#include "src/capture_session.h"
+#include "src/commands/commands.h"
 
 #include <nlohmann/json.hpp>
 
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace CLI {  // NOLINT(readability-identifier-naming)
 class App;
@@ -37,10 +40,17 @@ struct Person {
   std::shared_ptr<const avatar::BodyModel> model;
   /// Figures, when the avatar was made of the recording's turn.
   nlohmann::json digitization = nlohmann::json::object();
+  std::vector<Eigen::Matrix3Xd> restShapes = {};  ///< as of CapturePerson
+
+  CapturePerson captured() const { return {*model, avatar, restShapes}; }
 };
 
 /// All garments become the paper's cloth of that name; "": they stay as they are.
 void wearMaterial(avatar::LayeredAvatar& avatar, const std::string& material);
+
+/// Finds rest shapes of garments that are as worn, so that they don't sag once more when they are
+/// simulated. Takes seconds.
+void findRestShapes(Person& person, const CommandContext& context);
 
 /// Throws UsageError for options that don't go together, avatar::FileError.
 Person readPerson(const PersonOptions& options);

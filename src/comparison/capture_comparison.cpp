@@ -91,7 +91,10 @@ void CaptureComparison::add(const TrackedFrame& frame, const avatar::Camera& cam
   for (const auto& run : runs_) {
     if (!run->session)
       run->session = std::make_unique<CaptureSession>(
-          CapturePerson{*setup_.model, setup_.avatar}, camera, run->trial.options, setup_.threads);
+          CapturePerson{*setup_.model, setup_.avatar, setup_.restShapes},
+          camera,
+          run->trial.options,
+          setup_.threads);
     const CaptureResult result = run->session->processFrame(frame.observed);
     run->output.add(frame, result, camera);
     const auto addTime = [&](FrameStage stage, double milliseconds) {

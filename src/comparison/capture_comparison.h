@@ -39,8 +39,9 @@ struct TrialResult {
 struct CaptureComparisonSetup {
   const avatar::LayeredAvatar& avatar;
   std::shared_ptr<const avatar::BodyModel> model;
-  std::string sequence;          ///< of the recording
-  std::filesystem::path folder;  ///< trials get folders in it
+  std::vector<Eigen::Matrix3Xd> restShapes;  ///< as of CapturePerson
+  std::string sequence;                      ///< of the recording
+  std::filesystem::path folder;              ///< trials get folders in it
   double framesPerSecond = 30.0;
   int numFrames = 0;  ///< that are expected
   int threads = 1;    ///< ≥ 1

@@ -4,6 +4,7 @@
 #include "avatar/geometry/closest_point.h"
 #include "avatar/wardrobe/dressing_body.h"
 
+#include <algorithm>
 #include <deque>
 #include <limits>
 #include <stdexcept>
@@ -15,6 +16,36 @@ namespace {
 /// Mean distance of corresponding columns.
 double meanDistance(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   return (a - b).colwise().norm().mean();
+}
+
+/// Each vertex's value becomes the mean of its own and its neighbours'.
+Eigen::Matrix3Xd smoothed(const Eigen::Matrix3Xd& values, const Eigen::Matrix3Xi& faces) {
+  // An edge has two faces.
+  Eigen::Matrix3Xd sum = values;
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(values.cols());
+  for (const auto& face : faces.colwise()) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const int from = face[corner];
+      const int to = face[(corner + 1) % 3];
+      sum.col(to) += 0.5 * values.col(from);
+      sum.col(from) += 0.5 * values.col(to);
+      weight[to] += 0.5;
+      weight[from] += 0.5;
+    }
+  }
+  return sum * weight.cwiseInverse().asDiagonal();
+}
+
+/// How rest shapes may differ from captured ones. Cloth that slips in a fold comes no nearer to
+/// where it was captured, however its rest shape is moved, which would be moved on and on.
+Eigen::Matrix3Xd plausible(Eigen::Matrix3Xd moves, const Eigen::Matrix3Xi& faces) {
+  constexpr double kMost = 0.04;  // [m]
+  constexpr int kSmoothing = 4;   // over some 4 cm
+  for (auto move : moves.colwise())
+    move *= kMost / std::max(kMost, move.norm());
+  for (int i = 0; i < kSmoothing; ++i)
+    moves = smoothed(moves, faces);
+  return moves;
 }
 
 class RestShapeSearch {
@@ -76,7 +107,10 @@ class RestShapeSearch {
 
   void improve(std::size_t g, const avatar::LayeredAvatar& settled) {
     Eigen::Matrix3Xd& rest = trial_.garments[g].mesh.vertices;
-    rest += options_.step * (target(g) - settled.garments[g].mesh.vertices);
+    rest = target(g) +
+           plausible(
+               rest - target(g) + options_.step * (target(g) - settled.garments[g].mesh.vertices),
+               captured_.garments[g].mesh.faces);
     clear(g);
   }
 
@@ -123,6 +157,19 @@ void RestShapeOptions::validate() const {
 DesaggedAvatar desagged(const CapturePerson& person, const RestShapeOptions& options) {
   options.validate();
   return RestShapeSearch(person, options).run();
+}
+
+std::vector<Eigen::Matrix3Xd> restShapes(
+    const CapturePerson& person, const RestShapeOptions& options) {
+  const std::vector<avatar::Garment>& garments = person.avatar.garments;
+  std::vector<Eigen::Matrix3Xd> shapes;
+  if (std::none_of(
+          garments.begin(), garments.end(), [](const auto& garment) { return garment.asWorn; }))
+    return shapes;
+  const DesaggedAvatar found = desagged(person, options);
+  for (std::size_t i = 0; i < garments.size(); ++i)
+    shapes.push_back((garments[i].asWorn ? found.avatar : person.avatar).garments[i].mesh.vertices);
+  return shapes;
 }
 
 }  // namespace simulcap

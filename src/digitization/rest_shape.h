@@ -2,6 +2,8 @@
 
 #include "src/capture_session.h"
 
+#include <Eigen/Core>
+
 #include <functional>
 #include <string>
 #include <vector>
@@ -33,10 +35,15 @@ struct DesaggedAvatar {
 
 /// Garments that hang as they were captured when gravity has had its part. What a camera sees hangs
 /// already: taken for a rest shape it would sag once more. The rest shape r of a captured shape c
-/// is found by the fixed point r ← r + step (c − settled(r)), all layers together, in the pose they
-/// were made in; the rounds' best shape is kept for each garment, and where none hangs nearer than
-/// the captured one, that. Garments whose rest shape was found are as cut, no longer as worn; they
-/// keep off the skin and inner layers as before. Throws as a session does.
+/// is found by the fixed point r ← r + step (c − settled(r)), r − c smoothed, all layers together,
+/// in the pose they were made in; the rounds' best shape is kept for each garment, and where none
+/// hangs nearer than the captured one, that. Garments whose rest shape was found are as cut, no
+/// longer as worn; they keep off the skin and inner layers as before. Throws as a session does.
 DesaggedAvatar desagged(const CapturePerson& person, const RestShapeOptions& options = {});
+
+/// The same for a capture, which shows garments as they were worn: their rest shapes alone. Empty
+/// where no garment is as worn.
+std::vector<Eigen::Matrix3Xd> restShapes(
+    const CapturePerson& person, const RestShapeOptions& options = {});
 
 }  // namespace simulcap
