@@ -87,7 +87,7 @@ std::vector<std::string> leftOut(
       {simulated, "contact with the body"},
       {simulated && options.garmentContact && person.garments.size() > 1,
        "contact between garments"},
-      {false, "self-contact"},
+      {false, "self-contact"},  // captures never look for it
       {simulated && options.strainLimit, "strain limit"},
       {isFitted(options.method) && !person.garments.empty(), "depth fitting"}};
   std::vector<std::string> names;

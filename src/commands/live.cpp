@@ -207,9 +207,13 @@ class LiveOutput {
     timing_.add(FrameStage::kTotal, Milliseconds(known));
   }
 
-  void finish(
-      const avatar::Camera& camera, const nlohmann::json& live, const CommandContext& context) {
+  /// All but figures and report.
+  void writeFiles(const avatar::Camera& camera) {
     output_.finish(camera);
+    output_.close();
+  }
+
+  void writeFigures(const nlohmann::json& live, const CommandContext& context) const {
     nlohmann::json details = person_.digitization;
     details["live"] = live;
     details["settings"] = {{"avatar", options_.person.avatar}, {"body", options_.person.body}};
@@ -227,7 +231,6 @@ class LiveOutput {
     for (const std::string& note : metrics.notes)
       context.console.warn(note);
     writeReportOf(options_.output, options_.isPlayed() ? options_.recording : "", context);
-    output_.close();
   }
 
  private:
@@ -257,22 +260,31 @@ void captureLive(
     };
   }
   LiveSession session(frames, person.captured(), live);
-  {
+  bool closed = false;
+  try {
     LiveFeed feed([&session](LiveFeed& own) { session.run(own); });
-    viewer.show(feed, person.avatar, person.model->faces);
+    closed = !viewer.show(feed, person.avatar, person.model->faces);
     viewer.save(options.picture);
+  } catch (const Interrupted&) {
+    if (output && session.figures().captured > 0)
+      output->writeFiles(frames.camera());
+    throw;
   }
   for (const std::string& warning : frames.warnings())
     context.console.warn(warning);
   const nlohmann::json figures = liveFiguresOf(session.figures(), viewer);
+  if (session.figures().captured == 0 && closed)
+    return;
   if (session.figures().captured == 0)
     throw avatar::FileError(
         options.source(),
         "",
         "nobody was found in " + std::to_string(frames.framesLeftOut()) +
             " frames; expected an upright person, 0.3 to 8 m from the camera");
-  if (output)
-    output->finish(frames.camera(), figures, context);
+  if (output) {
+    output->writeFiles(frames.camera());
+    output->writeFigures(figures, context);
+  }
   context.console.result(figures.dump(1));
 }
 
