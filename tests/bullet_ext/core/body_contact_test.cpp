@@ -22,6 +22,7 @@ namespace {
 using test::TriangleMesh;
 
 constexpr double kBodySubstep = 1.0 / 3000.0;
+constexpr double kTubeFrame = 25 * kBodySubstep;
 /// So limp that triangles of 1 cm are stable at this substep.
 const ClothMaterial kLimp = {.torsionStiffness = 0.002, .damping = 1.0};
 
@@ -287,7 +288,6 @@ TEST(BodyContact, restsAtTheThickness) {
   }
 }
 
-constexpr double kTubeFrame = 25 * kBodySubstep;
 /// Of a tube that falls on a figure which it hardly clears.
 void expectTubeAsOnSlowContact(const Motion& motion) {
   Scene scene = sceneOf(test::tightTube(20, 10, 0.001), test::figureAt(0.0, {}), motion);
