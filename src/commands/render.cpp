@@ -1,12 +1,8 @@
-#include "avatar/avatar_pose.h"
-#include "avatar/default_body/embedded_body.h"
-#include "avatar/io/avatar_file.h"
 #include "src/commands/body_input.h"
 #include "src/commands/body_sheet.h"
 #include "src/commands/commands.h"
-#include "src/commands/motion_input.h"
+#include "src/commands/picture_input.h"
 #include "src/output/image_file.h"
-#include "src/output/named_pose.h"
 #include "src/program/console.h"
 
 #include <CLI/CLI.hpp>
@@ -17,12 +13,11 @@
 namespace simulcap {
 namespace {
 
+constexpr int kSheetFrames = 6;  // of a motion, unless others are asked for
+
 struct RenderOptions {
-  std::string body = "default";
+  PictureRequest what;
   std::string output;
-  std::vector<std::string> shapes;
-  std::vector<std::string> poses;
-  MotionRequest motion;
   std::vector<std::string> views;
   std::string size;
   bool sheet = false;
@@ -51,55 +46,6 @@ std::vector<BodyView> chosenViews(const RenderOptions& options) {
   return views;
 }
 
-/// What is shown of one shape: its poses or the frames of its motion.
-std::vector<LabelledPose> chosenPoses(
-    const RenderOptions& options, const avatar::ShapedBody& shaped, const Console& console) {
-  if (!options.motion.source.empty())
-    return motionPoses(options.motion, shaped, options.sheet ? 6 : 1, console);
-  std::vector<std::string> names = options.poses;
-  if (names.empty())
-    names = {"apose"};
-  std::vector<LabelledPose> poses;
-  poses.reserve(names.size());
-  for (const std::string& name : names)
-    poses.push_back({name, namedPose(name)});
-  return poses;
-}
-
-std::vector<PicturedBody> chosenBodies(
-    const RenderOptions& options, const avatar::BodyModel& model, const Console& console) {
-  const avatar::Skinning skinning(model);
-  std::vector<PicturedBody> bodies;
-  for (const NamedShape& shape : parseShapes(options.shapes, model)) {
-    const avatar::ShapedBody shaped = skinning.shape(shape.betas);
-    for (const LabelledPose& pose : chosenPoses(options, shaped, console)) {
-      const std::string separator = shape.label.empty() ? "" : ", ";
-      bodies.push_back(
-          {shape.label + separator + pose.label, skinning.pose(shaped, pose.pose).vertices});
-    }
-  }
-  return bodies;
-}
-
-/// The avatar as a viewer shows it: garments follow the body unsimulated.
-std::vector<PicturedBody> chosenAvatars(
-    const RenderOptions& options, const avatar::LayeredAvatar& dressed, const Console& console) {
-  if (!options.shapes.empty())
-    throw UsageError("--betas: an avatar has its own shape; leave it out");
-  std::vector<PicturedBody> bodies;
-  const avatar::ShapedBody shaped{dressed.body.mesh.vertices, dressed.body.joints};
-  for (const LabelledPose& pose : chosenPoses(options, shaped, console)) {
-    PicturedBody body{pose.label, avatar::posedVertices(dressed.body, pose.pose)};
-    for (const avatar::Garment& garment : dressed.garments)
-      body.garments.push_back(
-          {{avatar::posedVertices(garment, dressed.body, pose.pose), garment.mesh.faces},
-           garment.color,
-           garment.vertexColors});
-    bodies.push_back(std::move(body));
-  }
-  return bodies;
-}
-
 PictureOptions pictureOptions(const RenderOptions& options, bool isSheet) {
   PictureOptions picture;
   picture.wireframe = options.wireframe;
@@ -117,53 +63,31 @@ PictureOptions pictureOptions(const RenderOptions& options, bool isSheet) {
   return picture;
 }
 
-void render(
-    const PicturedPerson& person,
-    std::vector<PicturedBody> bodies,
-    const RenderOptions& options,
-    const CommandContext& context) {
-  const bool isSheet = options.sheet || bodies.size() > 1;
+void requireSomebody(const PictureSubject& subject, const std::vector<BodyView>& views) {
+  for (const BodyView& view : views)
+    if (!view.joints.empty() && subject.person.skinningWeights.rows() == 0)
+      throw UsageError("--view: there is nobody of whom " + view.name + " could be shown");
+}
+
+void render(const RenderOptions& options, const CommandContext& context) {
+  PictureRequest what = options.what;
+  what.usualFrames = options.sheet ? kSheetFrames : 1;
+  const std::vector<BodyView> views = chosenViews(options);
+  PictureSubject subject = pictureSubject(what, context);
+  requireSomebody(subject, views);
+  const bool isSheet = options.sheet || subject.bodies.size() > 1;
   const BodySheetRequest request{
-      .bodies = std::move(bodies),
-      .views = chosenViews(options),
-      .commonFloor = !options.motion.source.empty(),
+      .bodies = std::move(subject.bodies),
+      .views = views,
+      .commonFloor = subject.moves,
       .picture = pictureOptions(options, isSheet)};
-  const ContactSheet sheet = bodySheet(person, request, context);
+  const ContactSheet sheet = bodySheet(subject.person, request, context);
   const avatar::ColorImage image =
       sheet.panels.size() == 1 && !options.sheet ? sheet.panels.front() : composed(sheet);
   writePng(options.output, image);
   context.console.info(
       "wrote " + options.output + " (" + std::to_string(image.width) + "x" +
       std::to_string(image.height) + ")");
-}
-
-void render(const RenderOptions& options, const CommandContext& context) {
-  if (options.body.ends_with(".glb")) {
-    const avatar::LayeredAvatar dressed = avatar::readAvatar(options.body);
-    render(
-        PicturedPerson(dressed.body),
-        chosenAvatars(options, dressed, context.console),
-        options,
-        context);
-    return;
-  }
-  const avatar::BodyModel model = avatar::loadBody(options.body);
-  render(PicturedPerson(model), chosenBodies(options, model, context.console), options, context);
-}
-
-void addWhatIsShown(CLI::App& verb, RenderOptions& options) {
-  verb.add_option(
-          "BODY",
-          options.body,
-          "'default' (the built-in body), a body model .npz or an avatar .glb")
-      ->capture_default_str();
-  verb.add_option("-o,--output", options.output, "PNG file to write")->required();
-  addShapeOption(verb, options.shapes, "rows");
-  verb.add_option("--pose", options.poses, "Poses, separated by commas (default: apose)")
-      ->delimiter(',')
-      ->check(CLI::IsMember(namedPoses()));
-  addMotionOptions(verb, options.motion);
-  verb.get_option("--motion")->excludes("--pose");
 }
 
 void addHowItIsShown(CLI::App& verb, RenderOptions& options) {
@@ -195,9 +119,10 @@ void addHowItIsShown(CLI::App& verb, RenderOptions& options) {
 
 void addRender(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb =
-      program.add_subcommand("render", "Picture of a body or an avatar: shapes, poses, motions");
+      program.add_subcommand("render", "Picture of a body, an avatar, a scene or an output folder");
   const auto options = std::make_shared<RenderOptions>();
-  addWhatIsShown(*verb, *options);
+  addPictureInput(*verb, options->what);
+  verb->add_option("-o,--output", options->output, "PNG file to write")->required();
   addHowItIsShown(*verb, *options);
   verb->callback([options, &chosen] {
     chosen = [options](const CommandContext& context) { render(*options, context); };

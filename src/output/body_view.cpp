@@ -76,8 +76,32 @@ std::vector<int> verticesOfJoints(const Weights& weights, const std::vector<int>
   return vertices;
 }
 
+PicturedPerson PicturedPerson::nobody() {
+  static const avatar::AvatarBody kNobody;
+  return PicturedPerson(kNobody);
+}
+
+namespace {
+
+/// Around all things of all bodies.
+Eigen::AlignedBox3d boxOfThings(const std::vector<PicturedBody>& bodies) {
+  Eigen::AlignedBox3d garments;
+  Eigen::AlignedBox3d props;
+  for (const PicturedBody& body : bodies) {
+    for (const PicturedMesh& garment : body.garments)
+      garments.extend(avatar::boundingBox(garment.mesh));
+    for (const PicturedMesh& prop : body.props)
+      props.extend(avatar::boundingBox(prop.mesh));
+  }
+  return garments.isEmpty() ? props : garments;
+}
+
+}  // namespace
+
 std::vector<Eigen::AlignedBox3d> framingBoxes(
     const std::vector<PicturedBody>& bodies, const std::vector<int>& vertices, bool commonFloor) {
+  if (vertices.empty())
+    return {bodies.size(), boxOfThings(bodies)};
   std::vector<Eigen::AlignedBox3d> boxes(bodies.size());
   Eigen::Vector3d largest = Eigen::Vector3d::Zero();
   Eigen::AlignedBox3d all;
@@ -175,6 +199,7 @@ avatar::ColorImage picture(
        .vertexColors = options.color ? nullptr : person.vertexColors,
        .wireframe = options.wireframe});
   addShaded(pictured.garments, options, meshes);
+  addShaded(pictured.props, options, meshes);
   return avatar::shade(
       meshes, longLens(view, box, options), {.supersampling = options.supersampling});
 }

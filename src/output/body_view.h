@@ -42,6 +42,9 @@ struct PicturedPerson {
       : faces(body.mesh.faces),
         skinningWeights(body.skinningWeights),
         vertexColors(body.vertexColors.cols() > 0 ? &body.vertexColors : nullptr) {}
+
+  /// For things without a person.
+  static PicturedPerson nobody();
 };
 
 /// A garment or another thing as it is at one moment.
@@ -54,8 +57,9 @@ struct PicturedMesh {
 /// A person as it is at one moment.
 struct PicturedBody {
   std::string label;                        ///< for the caption
-  Eigen::Matrix3Xd vertices;                ///< 3 × V [m]
+  Eigen::Matrix3Xd vertices;                ///< 3 × V [m]; 3 × 0: nobody, only things
   std::vector<PicturedMesh> garments = {};  ///< what it wears
+  std::vector<PicturedMesh> props = {};  ///< what is around it, seen as far as it is in the picture
 };
 
 /// The vertices whose strongest skinning weight is on one of the joints (all for an empty list).
@@ -66,6 +70,7 @@ std::vector<int> verticesOfJoints(
 /// What a view shows of each body: boxes of one size around the vertices (and the garments, when
 /// these are all), so that all are pictured at one scale, each centred on its body. `commonFloor`:
 /// all at the height where they are (a jump stays visible) instead of standing on the lower edge.
+/// Without a person, the picture stands still, around the garments or else the props of all.
 std::vector<Eigen::AlignedBox3d> framingBoxes(
     const std::vector<PicturedBody>& bodies, const std::vector<int>& vertices, bool commonFloor);
 

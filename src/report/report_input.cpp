@@ -158,14 +158,19 @@ void ReportOptions::validate() const {
     throw std::invalid_argument("ReportOptions: threads must be 1 or more");
 }
 
-std::unique_ptr<ReportInput> openReportInput(
-    const std::string& folder, const ReportOptions& options) {
-  options.validate();
+std::unique_ptr<ReportInput> openPerformed(const std::string& folder) {
   std::unique_ptr<ReportInput> input(
       new ReportInput{.folder = folder, .performance = openPerformance(folder)});
   if (input->performance.numFrames() == 0)
     throw avatar::FileError(within(folder, "performance.npz"), "poses", "has no frames");
   openAvatar(*input);
+  return input;
+}
+
+std::unique_ptr<ReportInput> openReportInput(
+    const std::string& folder, const ReportOptions& options) {
+  options.validate();
+  std::unique_ptr<ReportInput> input = openPerformed(folder);
   const std::string metrics = within(folder, "metrics.json");
   input->metrics = fs::exists(metrics) ? documentOf(metrics) : nlohmann::json::object();
   if (!fs::exists(metrics))

@@ -41,6 +41,9 @@ struct ReportInput {
   std::vector<std::string> notes;            ///< what is missing and why, one line each
 };
 
+/// Performance, avatar and body alone. Throws as openReportInput().
+std::unique_ptr<ReportInput> openPerformed(const std::string& folder);
+
 /// Throws avatar::FileError naming file and remedy for a folder without a performance, and for
 /// files that are damaged or don't fit together. What is only not there is left out with a note.
 std::unique_ptr<ReportInput> openReportInput(

@@ -1,7 +1,5 @@
 #include "src/simulation/simulation_output.h"
 
-#include "avatar/geometry/measures.h"
-#include "avatar/geometry/primitives_mesh.h"
 #include "avatar/io/avatar_file.h"
 #include "bullet_ext/core/crossing_check.h"
 #include "src/output/image_file.h"
@@ -9,16 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
-#include <variant>
 
 namespace simulcap {
 namespace {
 
 constexpr int kSheetFrames = 8;
-const Eigen::Vector3d kSkinColor(0.95, 0.80, 0.71);
-const Eigen::Vector3d kObstacleColor(0.62, 0.62, 0.65);
 
 PerformanceLayout layoutOf(const Stage& stage) {
   PerformanceLayout layout;
@@ -31,75 +25,50 @@ PerformanceLayout layoutOf(const Stage& stage) {
   return layout;
 }
 
-/// Round shapes with edges of a tenth of their radius; of a plane, a patch of four metres.
-struct ObstacleMesher {
-  avatar::TriangleMesh operator()(const SphereShape& sphere) const {
-    return avatar::sphereMesh(sphere.radius, 0.1 * sphere.radius);
-  }
-
-  avatar::TriangleMesh operator()(const BoxShape& box) const { return avatar::boxMesh(box.size); }
-
-  avatar::TriangleMesh operator()(const CapsuleShape& capsule) const {
-    return avatar::capsuleMesh(capsule.radius, capsule.length, 0.1 * capsule.radius);
-  }
-
-  avatar::TriangleMesh operator()(const PlaneShape& /*plane*/) const {
-    return avatar::planeMesh(Eigen::Vector2d(4.0, 4.0));
-  }
-};
-
-std::string momentLabel(int number, double framesPerSecond) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f s", number / framesPerSecond);
-  return text;
-}
-
 }  // namespace
 
 SimulationOutput::SimulationOutput(
     const Scene& scene, const Stage& stage, std::filesystem::path folder)
     : stage_(stage),
       folder_(std::move(folder)),
-      performance_(folder_ / "performance.npz", layoutOf(stage)) {
+      performance_(folder_ / "performance.npz", layoutOf(stage)),
+      pictures_(scene, stage) {
   for (const StagedCloth& cloth : stage.cloths)
     edgeStrains_.emplace_back(cloth.rest);
   if (stage.body) {
     const Eigen::Matrix3Xd skin = stage.body->vertices(0);
     penetration_.emplace(avatar::MeshView(skin, stage.body->model().faces));
   }
-  for (const SceneObstacle& obstacle : scene.obstacles)
-    obstacleMeshes_.push_back(std::visit(ObstacleMesher{}, obstacle.shape));
-  obstaclePoses_.resize(obstacleMeshes_.size());
+  obstaclePoses_.resize(scene.obstacles.size());
   const auto most = static_cast<int>(avatar::kMaxPerformanceFrames);
   viewersStride_ = (stage.numFrames + most - 1) / most;
 }
 
 void SimulationOutput::add(int number, const SceneRun& run) {
   PerformanceFrame frame;
-  std::vector<PicturedMesh> seen = addBody(number, frame);
-  addCloth(run, frame, seen);
-  addObstacles(number, run, seen);
+  addBody(number, frame);
+  addCloth(run, frame);
   if (run.world().clothContact() != nullptr)
     countCrossings(run);
   performance_.append(frame);
-  if (isShownInViewers(number))
+  if (isShownInViewers(number)) {
     viewersFrames_.push_back(std::move(frame));
+    for (std::size_t i = 0; i < obstaclePoses_.size(); ++i)
+      obstaclePoses_[i].push_back(run.worldFromObstacle(static_cast<int>(i)));
+  }
   if (isPictured(number))
-    moments_.push_back({momentLabel(number, stage_.framesPerSecond), std::move(seen)});
+    moments_.push_back(pictures_.moment(run));
 }
 
-std::vector<PicturedMesh> SimulationOutput::addBody(int number, PerformanceFrame& frame) {
+void SimulationOutput::addBody(int number, PerformanceFrame& frame) {
   if (!stage_.body)
-    return {};
+    return;
   const int staged = stage_.numPrerollFrames + number;
   frame.pose = stage_.body->poses()[static_cast<std::size_t>(staged)];
-  Eigen::Matrix3Xd skin = stage_.body->vertices(staged);
-  penetration_->moveBody(skin);
-  return {{{std::move(skin), stage_.body->model().faces}, kSkinColor}};
+  penetration_->moveBody(stage_.body->vertices(staged));
 }
 
-void SimulationOutput::addCloth(
-    const SceneRun& run, PerformanceFrame& frame, std::vector<PicturedMesh>& seen) {
+void SimulationOutput::addCloth(const SceneRun& run, PerformanceFrame& frame) {
   for (std::size_t i = 0; i < stage_.cloths.size(); ++i) {
     const Eigen::Matrix3Xd vertices = run.vertices(static_cast<int>(i));
     const auto count = static_cast<std::size_t>(vertices.cols());
@@ -107,18 +76,6 @@ void SimulationOutput::addCloth(
     edgeStrains_[i].add(vertices, strains_);
     if (penetration_)
       penetration_->add(vertices);
-    seen.push_back({{vertices, stage_.cloths[i].rest.faces}, stage_.cloths[i].color});
-  }
-}
-
-void SimulationOutput::addObstacles(
-    int number, const SceneRun& run, std::vector<PicturedMesh>& seen) {
-  for (std::size_t i = 0; i < obstacleMeshes_.size(); ++i) {
-    const Eigen::Isometry3d pose = run.worldFromObstacle(static_cast<int>(i));
-    if (isShownInViewers(number))
-      obstaclePoses_[i].push_back(pose);
-    seen.push_back(
-        {{pose * obstacleMeshes_[i].vertices, obstacleMeshes_[i].faces}, kObstacleColor});
   }
 }
 
@@ -164,9 +121,12 @@ avatar::Performance SimulationOutput::viewersPerformance() const {
     };
     performance.cloths.push_back(std::move(cloth));
   }
-  for (std::size_t i = 0; i < obstacleMeshes_.size(); ++i)
+  for (std::size_t i = 0; i < obstaclePoses_.size(); ++i)
     performance.props.push_back(
-        {"obstacle_" + std::to_string(i), obstacleMeshes_[i], obstaclePoses_[i], kObstacleColor});
+        {"obstacle_" + std::to_string(i),
+         pictures_.obstacles()[i],
+         obstaclePoses_[i],
+         StagePictures::kObstacleColor});
   return performance;
 }
 
@@ -197,43 +157,19 @@ bool SimulationOutput::isPictured(int number) const {
 
 /// Moments from left to right, all at one scale.
 ContactSheet SimulationOutput::sheet() const {
-  const std::vector<Eigen::AlignedBox3d> boxes = momentBoxes();
+  const PicturedPerson person = pictures_.person();
+  const std::vector<Eigen::AlignedBox3d> boxes =
+      framingBoxes(moments_, verticesOfJoints(person.skinningWeights, {}), true);
   ContactSheet sheet;
-  for (const Moment& moment : moments_)
+  for (const PicturedBody& moment : moments_)
     sheet.columnLabels.push_back(moment.label);
   for (const char* view : {"front", "three-quarter", "side"}) {
     sheet.rowLabels.emplace_back(view);
     for (std::size_t i = 0; i < moments_.size(); ++i)
       sheet.panels.push_back(
-          picture(moments_[i].meshes, bodyView(view), boxes[i], {.width = 240, .height = 280}));
+          picture(person, moments_[i], bodyView(view), boxes[i], {.width = 240, .height = 280}));
   }
   return sheet;
-}
-
-/// A person stays in the middle; without one, the picture stands still. Obstacles are seen as far
-/// as they are in it.
-std::vector<Eigen::AlignedBox3d> SimulationOutput::momentBoxes() const {
-  std::vector<Eigen::AlignedBox3d> boxes;
-  Eigen::AlignedBox3d all;
-  Eigen::Vector3d largest = Eigen::Vector3d::Zero();
-  for (const Moment& moment : moments_) {
-    const std::size_t count = moment.meshes.size() - obstacleMeshes_.size();
-    Eigen::AlignedBox3d box;
-    for (std::size_t i = 0; i < (count > 0 ? count : moment.meshes.size()); ++i)
-      box.extend(avatar::boundingBox(moment.meshes[i].mesh));
-    largest = largest.cwiseMax(box.sizes());
-    all.extend(box);
-    boxes.push_back(box);
-  }
-  for (Eigen::AlignedBox3d& box : boxes) {
-    if (stage_.body) {
-      const Eigen::Vector3d center = box.center();
-      box = {center - 0.5 * largest, center + 0.5 * largest};
-    } else {
-      box = all;
-    }
-  }
-  return boxes;
 }
 
 }  // namespace simulcap

@@ -8,8 +8,8 @@
 #include "src/scene/scene.h"
 #include "src/simulation/scene_run.h"
 #include "src/simulation/stage.h"
+#include "src/simulation/stage_pictures.h"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <nlohmann/json_fwd.hpp>
 
@@ -39,19 +39,11 @@ class SimulationOutput {
   nlohmann::json figures() const;
 
  private:
-  /// What is seen of a frame.
-  struct Moment {
-    std::string label;
-    std::vector<PicturedMesh> meshes;
-  };
-
-  std::vector<PicturedMesh> addBody(int number, PerformanceFrame& frame);
-  void addCloth(const SceneRun& run, PerformanceFrame& frame, std::vector<PicturedMesh>& seen);
-  void addObstacles(int number, const SceneRun& run, std::vector<PicturedMesh>& seen);
+  void addBody(int number, PerformanceFrame& frame);
+  void addCloth(const SceneRun& run, PerformanceFrame& frame);
   void countCrossings(const SceneRun& run);
   avatar::Performance viewersPerformance() const;
   ContactSheet sheet() const;
-  std::vector<Eigen::AlignedBox3d> momentBoxes() const;
   bool isPictured(int number) const;
 
   bool isShownInViewers(int number) const { return number % viewersStride_ == 0; }
@@ -63,8 +55,8 @@ class SimulationOutput {
   Distribution strains_{1e-4};
   std::optional<Penetration> penetration_;  // with a body
   std::optional<std::size_t> crossings_;    // summed over the frames
-  std::vector<Moment> moments_;
-  std::vector<avatar::TriangleMesh> obstacleMeshes_;
+  StagePictures pictures_;
+  std::vector<PicturedBody> moments_;
   int viewersStride_ = 1;
   std::vector<PerformanceFrame> viewersFrames_;
   std::vector<std::vector<Eigen::Isometry3d>> obstaclePoses_;  // per obstacle, per viewers' frame

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+
 namespace simulcap {
 namespace {
 
@@ -87,6 +90,55 @@ TEST(Render, TheSameBytesForAnyNumberOfThreads) {
   EXPECT_GT(alone.size(), 5000U);
   EXPECT_EQ(alone, with("2"));
   EXPECT_EQ(alone, with("3"));
+}
+
+constexpr const char* kFallingCloth = R"({
+  "time": {"frames": 5},
+  "garments": [{"sheet": {"width": 0.4, "height": 0.4}, "pins": ["top_left", "top_right"]}]
+})";
+
+TEST(Render, ASceneIsSimulatedAndLooksLikeItsOutput) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "scene.json";
+  writeBytes(scene, kFallingCloth);
+  ASSERT_EQ(runProgram({"simulate", scene, "-o", folder / "out"}).exitCode, 0);
+  const auto pictured = [&](const std::string& what, const std::string& frames) {
+    return rendered({what, "--frames", frames, "--view", "front", "--size", "100x120"});
+  };
+  const avatar::ColorImage fromScene = pictured(scene, "4,0");
+  const avatar::ColorImage fromOutput = pictured(folder / "out", "4,0");
+  ASSERT_EQ(fromScene.rgb.size(), fromOutput.rgb.size());
+  // The output has single precision: a pixel at an edge may fall to the other side.
+  long differing = 0;
+  for (std::size_t i = 0; i < fromScene.rgb.size(); ++i)
+    differing += std::abs(fromScene.rgb[i] - fromOutput.rgb[i]) > 2 ? 1 : 0;
+  EXPECT_LE(differing, 30);
+  EXPECT_GT(coverage(pictured(scene, "0")), 0.2);
+  EXPECT_NE(pictured(scene, "0").rgb, pictured(scene, "4").rgb);  // it falls where it isn't held
+}
+
+TEST(Render, WhatASceneDoesNotHaveIsSaidBeforeAnythingIsWritten) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "scene.json";
+  writeBytes(scene, kFallingCloth);
+  const std::vector<std::vector<std::string>> wrong = {
+      {scene, "--frame", "5"},
+      {scene, "--pose", "tpose"},
+      {scene, "--motion", "walk"},
+      {scene, "--view", "face"},
+      {"default", "--frame", "1"}};
+  for (const std::vector<std::string>& options : wrong) {
+    const std::string& option = options[1];
+    std::vector<std::string> arguments = {"render", "-o", folder / "x.png"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProgramRun run = runProgram(arguments);
+    EXPECT_EQ(run.exitCode, 2) << option;
+    EXPECT_NE(run.err.find(option), std::string::npos) << run.err;
+  }
+  const ProgramRun empty = runProgram({"render", folder / ".", "-o", folder / "x.png"});
+  EXPECT_EQ(empty.exitCode, 1);
+  EXPECT_NE(empty.err.find("performance.npz"), std::string::npos) << empty.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.png"));
 }
 
 }  // namespace
