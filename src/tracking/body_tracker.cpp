@@ -253,6 +253,19 @@ class BodyTracker::Implementation {
         });
   }
 
+  /// What a start costs: how badly it explains depth, and more the further a person who is seen for
+  /// the first time would face away. Where head or feet are in the picture, the wrong side explains
+  /// depth worse by a third; without them front and back hardly differ.
+  double startCost(const MatchQuality& quality, const BodyParameters& parameters) const {
+    constexpr double kFacingAway = 0.1;
+    if (state_.framesTracked > 0)
+      return quality.meanCost;
+    const Eigen::Vector3d front = rootOf(parameters.pose) * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d toCamera = avatar::centre(camera_) - parameters.pose.translation;
+    const double facing = front.dot(toCamera.normalized());
+    return quality.meanCost * (1.0 + 0.5 * kFacingAway * (1.0 - facing));
+  }
+
   /// All coarse alignments, turned and moved as a whole.
   std::vector<Candidate> roughStarts(const DepthView& view) const {
     PoseSolverOptions rough = startOptions();
@@ -266,8 +279,8 @@ class BodyTracker::Implementation {
          coarseAlignments(*surface_, view, state_.betas, !state_.betasHeld)) {
       PoseSolution solution = solvePose(*surface_, regularizer_, view, start, rough);
       const MatchQuality quality = qualityOf(solution, view);
-      candidates.push_back(
-          {quality.meanCost, std::move(solution), unseenJoints(quality.jointUnseen)});
+      const double cost = startCost(quality, solution.parameters);
+      candidates.push_back({cost, std::move(solution), unseenJoints(quality.jointUnseen)});
     }
     return candidates;
   }
@@ -289,7 +302,7 @@ class BodyTracker::Implementation {
     BodyParameters& found = candidate.solution.parameters;
     found.pose = settled(found.pose, found.pose, candidate.held, kNeverSeen);
     candidate.solution.visible = visibleSamples(*surface_, candidate.solution.parameters, camera_);
-    candidate.cost = qualityOf(candidate.solution, view).meanCost;
+    candidate.cost = startCost(qualityOf(candidate.solution, view), found);
   }
 
   /// How far somebody may have turned since the last frame that they were found in [rad].
