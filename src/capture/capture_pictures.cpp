@@ -68,13 +68,6 @@ avatar::ColorImage overlaid(
   return picture;
 }
 
-avatar::ColorImage seenPicture(
-    const CaptureMoment& moment, const avatar::Camera& camera, const avatar::Camera& panel) {
-  return moment.color.rgb.empty()
-             ? cut(depthPicture(moment.depth, camera.width, camera.height), camera, panel)
-             : cut(moment.color, camera, panel);
-}
-
 /// `error`: measured less captured depth; 1: coloured fully.
 Eigen::Vector3d errorColor(double error) {
   const double share = std::min(1.0, std::abs(error));
@@ -151,6 +144,24 @@ std::vector<PicturedMesh> dressed(
   return meshes;
 }
 
+avatar::ColorImage seenPicture(
+    const CaptureMoment& moment, const avatar::Camera& camera, const avatar::Camera& panel) {
+  return moment.color.rgb.empty()
+             ? cut(depthPicture(moment.depth, camera.width, camera.height), camera, panel)
+             : cut(moment.color, camera, panel);
+}
+
+avatar::ColorImage shapePicture(
+    const avatar::LayeredAvatar& avatar, const CaptureMoment& moment, const avatar::Camera& panel) {
+  std::vector<avatar::ShadedMesh> meshes = {
+      {.mesh = {moment.body, avatar.body.mesh.faces}, .color = avatar.body.color}};
+  for (std::size_t i = 0; i < moment.garments.size(); ++i)
+    meshes.push_back(
+        {.mesh = {moment.garments[i], avatar.garments[i].mesh.faces},
+         .color = avatar.garments[i].color});
+  return avatar::shade(meshes, panel);
+}
+
 avatar::ColorImage overlaidPicture(
     const avatar::LayeredAvatar& avatar,
     const CaptureMoment& moment,
@@ -170,12 +181,16 @@ CaptureMoment pictureMoment(const TrackedFrame& frame) {
 }
 
 std::vector<avatar::Camera> panelCameras(
-    const std::vector<CaptureMoment>& moments, const avatar::Camera& camera) {
+    const std::vector<CaptureMoment>& moments,
+    const avatar::Camera& camera,
+    const std::vector<int>& bodyVertices) {
   constexpr double kMargin = 1.1;
   std::vector<Eigen::AlignedBox2d> boxes;
   Eigen::Vector2d largest(1.0, 1.0);
   for (const CaptureMoment& moment : moments) {
-    boxes.push_back(seenBox(moment.body, camera));
+    boxes.push_back(
+        bodyVertices.empty() ? seenBox(moment.body, camera)
+                             : seenBox(moment.body(Eigen::all, bodyVertices), camera));
     if (!boxes.back().isEmpty())
       largest = largest.cwiseMax(boxes.back().sizes());
   }

@@ -35,10 +35,20 @@ ContactSheet captureSheet(
     const std::vector<CaptureMoment>& moments,
     const avatar::Camera& camera);
 
-/// The camera with its image cut to the person and brought to a panel's size, one per moment and
-/// all at one scale.
+/// The camera with its image cut to the person, or to those vertices of its body, and brought to a
+/// panel's size, one per moment and all at one scale.
 std::vector<avatar::Camera> panelCameras(
-    const std::vector<CaptureMoment>& moments, const avatar::Camera& camera);
+    const std::vector<CaptureMoment>& moments,
+    const avatar::Camera& camera,
+    const std::vector<int>& bodyVertices = {});
+
+/// What the camera saw, its colour or else its depth.
+avatar::ColorImage seenPicture(
+    const CaptureMoment& moment, const avatar::Camera& camera, const avatar::Camera& panel);
+
+/// The capture's shape: all of a garment in one colour, so that its folds are seen.
+avatar::ColorImage shapePicture(
+    const avatar::LayeredAvatar& avatar, const CaptureMoment& moment, const avatar::Camera& panel);
 
 /// What the camera saw, its colour or else its depth, with the capture over it, half transparent.
 avatar::ColorImage overlaidPicture(

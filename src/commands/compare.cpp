@@ -103,27 +103,51 @@ void write(const CaptureComparisonReport& report, const std::filesystem::path& f
   writePng(folder / "tracking.png", rasterized(tracking, kPixelsPerUnit));
 }
 
-/// depth_error.png, and hidden_side.png where the truth has a camera behind the person.
+/// What the methods made of these moments.
+std::vector<PicturedCapture> picturedMethods(
+    const CompareOptions& options,
+    const CaptureComparisonReport& report,
+    const std::vector<CaptureMoment>& moments,
+    const PosedAvatarBody& body) {
+  std::vector<PicturedCapture> captures;
+  for (const TrialResult& trial : report.trials)
+    if (trial.series == report.trials.front().series)
+      captures.push_back(
+          readPicturedCapture(std::filesystem::path(options.output) / trial.name, moments, body));
+  return captures;
+}
+
+/// methods.png, armpits.png, depth_error.png, and hidden_side.png where the truth has a camera
+/// behind the person.
 void writePictures(
     const CompareOptions& options,
     const Person& person,
     const std::vector<CaptureMoment>& moments,
     const CaptureComparisonReport& report,
     const avatar::Camera& camera) {
+  using avatar::SmplJoint;
   const std::filesystem::path folder = options.output;
-  const PosedAvatarBody body(person.avatar.body, person.model);
-  const auto sheetOf =
-      [&](const std::vector<CaptureMoment>& of, const avatar::Camera& by, double full) {
-        std::vector<PicturedCapture> captures;
-        for (const TrialResult& trial : report.trials) {
-          if (trial.series == report.trials.front().series)
-            captures.push_back(readPicturedCapture(folder / trial.name, of, body));
-        }
-        return composed(depthErrorSheet(person.avatar, captures, by, full));
-      };
-  writePng(folder / "depth_error.png", sheetOf(moments, camera, kFullError));
+  const avatar::LayeredAvatar& avatar = person.avatar;
+  const PosedAvatarBody body(avatar.body, person.model);
+  const std::vector<PicturedCapture> captures = picturedMethods(options, report, moments, body);
+  const std::vector<int> armpits = verticesOfJoints(
+      avatar.body.skinningWeights,
+      {SmplJoint::kLeftCollar,
+       SmplJoint::kRightCollar,
+       SmplJoint::kLeftShoulder,
+       SmplJoint::kRightShoulder});
+  writePng(folder / "methods.png", composed(shapeSheet(avatar, captures, camera)));
+  writePng(folder / "armpits.png", composed(shapeSheet(avatar, captures, camera, armpits)));
+  writePng(
+      folder / "depth_error.png", composed(depthErrorSheet(avatar, captures, camera, kFullError)));
   if (const std::optional<BackView> back = readBackView(options.subject, moments, camera))
-    writePng(folder / "hidden_side.png", sheetOf(back->moments, back->camera, kFullHiddenError));
+    writePng(
+        folder / "hidden_side.png",
+        composed(depthErrorSheet(
+            avatar,
+            picturedMethods(options, report, back->moments, body),
+            back->camera,
+            kFullHiddenError)));
 }
 
 void compareCaptures(const CompareOptions& options, const CommandContext& context) {

@@ -89,6 +89,29 @@ ContactSheet depthErrorSheet(
   return sheet;
 }
 
+ContactSheet shapeSheet(
+    const avatar::LayeredAvatar& avatar,
+    const std::vector<PicturedCapture>& captures,
+    const avatar::Camera& camera,
+    const std::vector<int>& bodyVertices) {
+  const std::vector<CaptureMoment>& first = captures.at(0).moments;
+  const std::vector<avatar::Camera> panels = panelCameras(first, camera, bodyVertices);
+  ContactSheet sheet;
+  sheet.rowLabels = {"camera", "depth"};
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    sheet.columnLabels.push_back(first[i].label);
+    sheet.panels.push_back(seenPicture(first[i], camera, panels[i]));
+  }
+  for (std::size_t i = 0; i < first.size(); ++i)
+    sheet.panels.push_back(measuredPicture(avatar, first[i], camera, panels[i]));
+  for (const PicturedCapture& capture : captures) {
+    sheet.rowLabels.push_back(capture.name);
+    for (std::size_t i = 0; i < first.size(); ++i)
+      sheet.panels.push_back(shapePicture(avatar, capture.moments[i], panels[i]));
+  }
+  return sheet;
+}
+
 std::optional<BackView> readBackView(
     const fs::path& sequence,
     const std::vector<CaptureMoment>& moments,

@@ -53,6 +53,15 @@ ContactSheet depthErrorSheet(
     const avatar::Camera& camera,
     double full);
 
+/// Moments from left to right: what the camera saw, its depth, and the shape that each capture
+/// gives it, seen from there. `bodyVertices`: what is looked at closely; none: all. The paper's
+/// figure 9.
+ContactSheet shapeSheet(
+    const avatar::LayeredAvatar& avatar,
+    const std::vector<PicturedCapture>& captures,
+    const avatar::Camera& camera,
+    const std::vector<int>& bodyVertices = {});
+
 /// A second camera of the truth, which sees the hidden side.
 struct BackView {
   avatar::Camera camera;               ///< in the capture's world

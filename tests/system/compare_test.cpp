@@ -203,7 +203,13 @@ TEST(Compare, CapturesARecordingByEveryMethod) {
   EXPECT_NE(tracking.front().at("joint_mm").at("mean"), tracking.back().at("joint_mm").at("mean"));
   EXPECT_NE(
       fileBytes(folder / "out/tracking.csv").find("track-1x1500,iterations"), std::string::npos);
-  for (const char* picture : {"compare.png", "tracking.png", "depth_error.png", "hidden_side.png"})
+  for (const char* picture :
+       {"compare.png",
+        "tracking.png",
+        "methods.png",
+        "armpits.png",
+        "depth_error.png",
+        "hidden_side.png"})
     EXPECT_EQ(fileBytes(folder / (std::string("out/") + picture)).substr(1, 3), "PNG") << picture;
   EXPECT_NE(fileBytes(folder / "out/simulcap/performance.npz"), "");
 }
