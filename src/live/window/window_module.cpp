@@ -3,6 +3,7 @@
 #include "src/input/openni2/openni2_source.h"
 #include "src/live/live_window.h"
 
+#include <pcl/visualization/interactor_style.h>
 #include <pcl/visualization/pcl_visualizer.h>
 
 #include <cmath>
@@ -27,6 +28,7 @@ namespace {
 
 using pcl::visualization::KeyboardEvent;
 using pcl::visualization::PCLVisualizer;
+using pcl::visualization::PCLVisualizerInteractorStyle;
 
 constexpr int kWidth = 960;   // of the window [px]
 constexpr int kHeight = 720;  // [px]
@@ -106,13 +108,29 @@ class MovingPoints {
   vtkNew<vtkPolyData> data_;
 };
 
+/// PCL's mouse and keys. Its own draws everything anew whenever a timer rings.
+class QuietStyle final : public PCLVisualizerInteractorStyle {
+ public:
+  static QuietStyle* New() {  // NOLINT(readability-identifier-naming): VTK's name
+    auto* style = new QuietStyle;
+    style->InitializeObjectBase();
+    return style;
+  }
+
+ protected:
+  void OnTimer() override {}
+};
+
 class PclWindow final : public LiveWindow {
  public:
   PclWindow(
       const avatar::LayeredAvatar& avatar,
       const Eigen::Matrix3Xi& bodyFaces,
       const avatar::Camera& camera)
-      : viewer_("simulcap live") {
+      : viewer_(noArguments_, nullptr, "simulcap live", QuietStyle::New()) {
+    // Drawn without a graphics card, several samples per pixel would cost as much as the capture.
+    viewer_.getRenderWindow()->SetMultiSamples(0);
+    viewer_.setShowFPS(false);
     viewer_.setSize(kWidth, kHeight);
     viewer_.setBackgroundColor(0.12, 0.13, 0.15);
     meshes_.reserve(1 + avatar.garments.size());
@@ -209,6 +227,7 @@ class PclWindow final : public LiveWindow {
       actor->second->SetVisibility(actor->second->GetVisibility() == 0 ? 1 : 0);
   }
 
+  int noArguments_ = 0;
   PCLVisualizer viewer_;
   std::vector<MovingMesh> meshes_;  // the body's first
   std::vector<Eigen::Vector3d> colors_;
