@@ -1,57 +1,75 @@
 #include "bullet_ext/core/body_constraint.h"
 
-namespace bullet_ext {
+#include "bullet_ext/core/element_index.h"
 
-BodyConstraint::BodyConstraint(const ClothSimulation& simulation, const BodySurface& surface)
-    : team_(simulation.team()) {
-  contacts_.reserve(static_cast<std::size_t>(simulation.numCloths()));
-  smallParts_.reserve(static_cast<std::size_t>(simulation.numCloths()));
-  for (int cloth = 0; cloth < simulation.numCloths(); ++cloth) {
-    const ClothMesh& mesh = simulation.mesh(cloth);
-    contacts_.emplace_back(mesh, surface, contactFor(mesh.material));
-    smallParts_.emplace_back(mesh, surface, contactFor(mesh.material));
+#include <algorithm>
+
+namespace bullet_ext {
+namespace {
+
+/// Equal numbers of vertices, whole groups of lanes.
+std::vector<VertexRange> rangesOf(Eigen::Index numVertices, int count) {
+  const auto border = [&](Eigen::Index i) {
+    return i == count ? numVertices : numVertices * i / count / kContactLanes * kContactLanes;
+  };
+  std::vector<VertexRange> ranges;
+  for (Eigen::Index i = 0; i < count; ++i)
+    ranges.push_back({border(i), border(i + 1)});
+  return ranges;
+}
+
+}  // namespace
+
+BodyConstraint::BodyConstraint(const ClothSimulation& simulation, const BodySurface& surface) {
+  const int pieces = simulation.team().size();
+  for (int i = 0; i < simulation.numCloths(); ++i) {
+    const ClothMesh& mesh = simulation.mesh(i);
+    const BodyContactOptions options = contactFor(mesh.material);
+    cloths_.push_back(
+        {.contact = BodyContact(mesh, surface, options),
+         .smallParts = SmallPartContact(mesh, surface, options),
+         .ranges = rangesOf(mesh.numVertices(), pieces),
+         .counts = std::vector<ContactCounts>(at(pieces)),
+         .smallPartCounts = {}});
   }
 }
 
 void BodyConstraint::beginFrame(std::span<const ClothState> states, const FrameTiming& timing) {
-  counts_ = {};
-  smallPartCounts_ = {};
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    contacts_[i].beginFrame(states[i], timing.substepDuration(), timing.substeps);
-    smallParts_[i].beginFrame(states[i], timing.substepDuration(), timing.substeps);
+  for (std::size_t i = 0; i < cloths_.size(); ++i) {
+    Cloth& cloth = cloths_[i];
+    std::fill(cloth.counts.begin(), cloth.counts.end(), ContactCounts{});
+    cloth.smallPartCounts = {};
+    cloth.contact.beginFrame(states[i], timing.substepDuration(), timing.substeps);
+    cloth.smallParts.beginFrame(states[i], timing.substepDuration(), timing.substeps);
   }
 }
 
-void BodyConstraint::resolve(std::span<ClothState> states, int substep) {
-  const auto threads = static_cast<std::size_t>(team_.size());
-  std::vector<ContactCounts> counts(threads);
-  team_.run([&](int thread) {
-    counts[static_cast<std::size_t>(thread)] = resolveShare(states, substep, thread);
-  });
-  std::vector<SmallPartCounts> smallPartCounts(threads);
-  team_.run([&](int thread) {
-    for (auto i = static_cast<std::size_t>(thread); i < smallParts_.size(); i += threads)
-      smallPartCounts[static_cast<std::size_t>(thread)] +=
-          smallParts_[i].resolve(states[i], substep);
-  });
-  for (std::size_t t = 0; t < threads; ++t) {
-    counts_ += counts[t];
-    smallPartCounts_ += smallPartCounts[t];
-  }
+std::vector<int> BodyConstraint::stages(int cloth) const {
+  return {static_cast<int>(cloths_[at(cloth)].ranges.size()), 1};
 }
 
-/// A thread's part of the vertices of every cloth, whole groups of lanes.
-ContactCounts BodyConstraint::resolveShare(std::span<ClothState> states, int substep, int thread) {
-  ContactCounts counts;
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const Eigen::Index size = states[i].positions.cols();
-    const auto border = [&](int t) {
-      return t == team_.size() ? size : size * t / team_.size() / kContactLanes * kContactLanes;
-    };
-    counts += contacts_[i].resolve(
-        states[i].positions, states[i].velocities, substep, {border(thread), border(thread + 1)});
-  }
-  return counts;
+void BodyConstraint::resolvePart(const Part& part, ClothState& state, int substep) {
+  Cloth& cloth = cloths_[at(part.cloth)];
+  if (part.stage == 0)
+    cloth.counts[at(part.piece)] += cloth.contact.resolve(
+        state.positions, state.velocities, substep, cloth.ranges[at(part.piece)]);
+  else
+    cloth.smallPartCounts += cloth.smallParts.resolve(state, substep);
+}
+
+ContactCounts BodyConstraint::counts() const {
+  ContactCounts sum;
+  for (const Cloth& cloth : cloths_)
+    for (const ContactCounts& counts : cloth.counts)
+      sum += counts;
+  return sum;
+}
+
+SmallPartCounts BodyConstraint::smallPartCounts() const {
+  SmallPartCounts sum;
+  for (const Cloth& cloth : cloths_)
+    sum += cloth.smallPartCounts;
+  return sum;
 }
 
 }  // namespace bullet_ext

@@ -11,29 +11,34 @@
 namespace bullet_ext {
 
 /// Keeps all cloths of a simulation outside one moving body, fingers and ears included, each with
-/// the thickness and friction of its material. Works with the simulation's threads.
-class BodyConstraint final : public SubstepConstraint {
+/// the thickness and friction of its material.
+class BodyConstraint final : public ClothwiseConstraint {
  public:
-  /// For the cloths that the simulation has now. Keeps references to both.
+  /// For the cloths that the simulation has now. Keeps a reference to the surface.
   BodyConstraint(const ClothSimulation& simulation, const BodySurface& surface);
 
   /// The surface's frame must have been set, with the timing's duration.
   void beginFrame(std::span<const ClothState> states, const FrameTiming& timing) override;
-  void resolve(std::span<ClothState> states, int substep) override;
+
+  /// Vertices in as many pieces as the simulation has threads, and then the small parts.
+  std::vector<int> stages(int cloth) const override;
+  void resolvePart(const Part& part, ClothState& state, int substep) override;
 
   /// Of the last frame, all cloths together.
-  const ContactCounts& counts() const { return counts_; }
-
-  const SmallPartCounts& smallPartCounts() const { return smallPartCounts_; }
+  ContactCounts counts() const;
+  SmallPartCounts smallPartCounts() const;
 
  private:
-  ContactCounts resolveShare(std::span<ClothState> states, int substep, int thread);
+  struct Cloth {
+    BodyContact contact;
+    SmallPartContact smallParts;
+    std::vector<VertexRange> ranges;  ///< whole groups of lanes
+    /// Of the last frame, by range, as these may be looked at at the same time.
+    std::vector<ContactCounts> counts;
+    SmallPartCounts smallPartCounts;
+  };
 
-  ThreadTeam& team_;
-  std::vector<BodyContact> contacts_;
-  std::vector<SmallPartContact> smallParts_;
-  ContactCounts counts_;
-  SmallPartCounts smallPartCounts_;
+  std::vector<Cloth> cloths_;
 };
 
 }  // namespace bullet_ext

@@ -26,6 +26,13 @@ SubstepOptions substepFor(const ClothMaterial& material) {
   return {.dampingMode = material.dampingMode, .damping = material.damping};
 }
 
+void ClothIntegrator::step(
+    ClothState& state, std::span<const ExternalForce* const> externalForces) {
+  for (int piece = 0; piece < numPieces(); ++piece)
+    stepPiece(piece, state, externalForces);
+  finishStep(state);
+}
+
 double ClothIntegrator::elasticEnergy(const ClothState& state) {
   return bullet_ext::elasticEnergy(mesh(), state);
 }

@@ -51,7 +51,16 @@ class ClothIntegrator {
 
   /// One substep. The state's sizes must be the mesh's, or std::invalid_argument is thrown. The
   /// state's arrays may have other addresses afterwards.
-  virtual void step(ClothState& state, std::span<const ExternalForce* const> externalForces) = 0;
+  virtual void step(ClothState& state, std::span<const ExternalForce* const> externalForces);
+
+  /// The same in parts: stepPiece() for 0 … numPieces() − 1, in any order or at the same time, and
+  /// then finishStep().
+  virtual int numPieces() const { return 1; }
+
+  virtual void stepPiece(
+      int piece, ClothState& state, std::span<const ExternalForce* const> externalForces) = 0;
+
+  virtual void finishStep(ClothState& /*state*/) {}
 
   /// Springs and hinges only: 4 × N [N], solver order.
   virtual Eigen::Matrix4Xf innerForces(const ClothState& state) = 0;

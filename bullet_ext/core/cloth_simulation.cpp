@@ -11,11 +11,10 @@
 namespace bullet_ext {
 namespace {
 
-std::unique_ptr<ClothIntegrator> integratorFor(
-    ClothMesh mesh, const SimulationOptions& options, ThreadTeam& team) {
+std::unique_ptr<ClothIntegrator> integratorFor(ClothMesh mesh, const SimulationOptions& options) {
   if (options.integrator == Integrator::kImplicit)
     return std::make_unique<ImplicitStepper>(mesh);
-  auto stepper = std::make_unique<ClothStepper>(std::move(mesh), options.stepper, &team);
+  auto stepper = std::make_unique<ClothStepper>(std::move(mesh), options.stepper);
   SubstepOptions substep = stepper->substep();
   substep.integrator = options.integrator;
   stepper->setSubstep(substep);
@@ -39,6 +38,17 @@ void SimulationOptions::validate() const {
     throw std::invalid_argument("SimulationOptions: mostRedos must be within [0, 10]");
 }
 
+void ClothwiseConstraint::resolve(std::span<ClothState> states, int substep) {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    Part part = {.cloth = static_cast<int>(i)};
+    for (const int pieces : stages(part.cloth)) {
+      for (part.piece = 0; part.piece < pieces; ++part.piece)
+        resolvePart(part, states[i], substep);
+      ++part.stage;
+    }
+  }
+}
+
 double largestSpeed(const ClothState& state) {
   return static_cast<double>(std::sqrt(state.velocities.colwise().squaredNorm().maxCoeff()));
 }
@@ -59,7 +69,7 @@ void ClothSimulation::forEachCloth(const std::function<void(std::size_t)>& task)
 
 int ClothSimulation::addCloth(ClothMesh mesh) {
   states_.push_back(restState(mesh));
-  steppers_.push_back(integratorFor(std::move(mesh), options_, *team_));
+  steppers_.push_back(integratorFor(std::move(mesh), options_));
   accounts_.emplace_back(steppers_.back()->mesh());
   balances_.emplace_back();
   excesses_.push_back(0.0);
@@ -198,7 +208,8 @@ FrameReport ClothSimulation::calmDown(const Snapshot& before, const FrameTiming&
     steppers_[i]->setSubstep(usual[i]);
   if (!report.stable) {
     restore(standing);
-    placePins();
+    for (std::size_t i = 0; i < states_.size(); ++i)
+      placePins(i);
   }
   report.stable = false;
   return report;
@@ -214,38 +225,79 @@ void ClothSimulation::setSubsteps(const FrameTiming& timing) {
 }
 
 void ClothSimulation::runSubsteps(const FrameTiming& timing, Booking booking) {
-  const bool bookPins = booking == Booking::kWhole;
   aimPins(timing);
-  for (std::size_t i = 0; bookPins && i < states_.size(); ++i)
+  for (std::size_t i = 0; booking == Booking::kWhole && i < states_.size(); ++i)
     accounts_[i].followPins(states_[i]);
   for (const auto& constraint : constraints_)
     constraint->beginFrame(states_, timing);
-  for (int substep = 0; substep < timing.substeps; ++substep) {
-    for (std::size_t i = 0; i < states_.size(); ++i)
-      steppers_[i]->step(states_[i], forces_[i]);
-    for (std::size_t i = 0; bookPins && i < states_.size(); ++i)
-      accounts_[i].bookPins(*steppers_[i], states_[i]);
-    // Before the constraints, for which nothing has changed then when the next frame begins.
-    if (substep == timing.substeps - 1)
-      placePins();
+  const std::vector<TaskChain> chains = chainsOf(timing, booking);
+  const std::size_t others = numClothwiseFirst();
+  for (substep_ = 0; substep_ < timing.substeps; ++substep_) {
+    runChains(*team_, chains);
+    for (std::size_t i = others; i < constraints_.size(); ++i)
+      constraints_[i]->resolve(states_, substep_);
+  }
+  if (!constraints_.empty())
+    forEachCloth([&](std::size_t i) { bookConstraints(i, 1.0, booking); });
+}
+
+/// How many constraints at the beginning act on each cloth by itself.
+std::size_t ClothSimulation::numClothwiseFirst() const {
+  const auto first = std::find_if(constraints_.begin(), constraints_.end(), [](const auto& c) {
+    return dynamic_cast<const ClothwiseConstraint*>(c.get()) == nullptr;
+  });
+  return static_cast<std::size_t>(first - constraints_.begin());
+}
+
+/// For each cloth, what happens to it in a substep before the constraints that need all cloths.
+std::vector<TaskChain> ClothSimulation::chainsOf(const FrameTiming& timing, Booking booking) {
+  std::vector<TaskChain> chains(states_.size());
+  for (std::size_t i = 0; i < chains.size(); ++i) {
     if (!constraints_.empty())
-      resolveConstraints(substep, booking);
+      chains[i].add(1, [this, i, booking](int) {
+        if (substep_ > 0)
+          bookConstraints(i, 1.0, booking);  // what they did in the substep before
+      });
+    appendStep(i, timing, booking, chains[i]);
+    for (std::size_t k = 0; k < numClothwiseFirst(); ++k)
+      appendConstraint(i, dynamic_cast<ClothwiseConstraint&>(*constraints_[k]), chains[i]);
+  }
+  return chains;
+}
+
+void ClothSimulation::appendConstraint(
+    std::size_t cloth, ClothwiseConstraint& constraint, TaskChain& chain) {
+  ClothwiseConstraint::Part part = {.cloth = static_cast<int>(cloth)};
+  for (const int pieces : constraint.stages(part.cloth)) {
+    chain.add(pieces, [this, cloth, part, &constraint](int piece) {
+      constraint.resolvePart({part.cloth, part.stage, piece}, states_[cloth], substep_);
+    });
+    ++part.stage;
   }
 }
 
-void ClothSimulation::resolveConstraints(int substep, Booking booking) {
-  const auto book = [&](double sign) {
-    forEachCloth([&](std::size_t i) {
-      double energy = accounts_[i].kineticEnergy(states_[i]);
-      if (booking == Booking::kWhole)
-        energy += steppers_[i]->elasticEnergy(states_[i]);
-      accounts_[i].bookConstraints(sign * energy);
-    });
-  };
-  book(-1.0);
-  for (const auto& constraint : constraints_)
-    constraint->resolve(states_, substep);
-  book(1.0);
+void ClothSimulation::appendStep(
+    std::size_t cloth, const FrameTiming& timing, Booking booking, TaskChain& chain) {
+  chain.add(steppers_[cloth]->numPieces(), [this, cloth](int piece) {
+    steppers_[cloth]->stepPiece(piece, states_[cloth], forces_[cloth]);
+  });
+  chain.add(1, [this, cloth, booking, last = timing.substeps - 1](int) {
+    steppers_[cloth]->finishStep(states_[cloth]);
+    if (booking == Booking::kWhole)
+      accounts_[cloth].bookPins(*steppers_[cloth], states_[cloth]);
+    // Before the constraints, for which nothing has changed then when the next frame begins.
+    if (substep_ == last)
+      placePins(cloth);
+    if (!constraints_.empty())
+      bookConstraints(cloth, -1.0, booking);
+  });
+}
+
+void ClothSimulation::bookConstraints(std::size_t cloth, double sign, Booking booking) {
+  double energy = accounts_[cloth].kineticEnergy(states_[cloth]);
+  if (booking == Booking::kWhole)
+    energy += steppers_[cloth]->elasticEnergy(states_[cloth]);
+  accounts_[cloth].bookConstraints(sign * energy);
 }
 
 void ClothSimulation::aimPins(const FrameTiming& timing) {
@@ -263,13 +315,11 @@ void ClothSimulation::aimPins(const FrameTiming& timing) {
 }
 
 /// Exactly, whatever a hundred additions in float have lost.
-void ClothSimulation::placePins() {
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    const PinTargets& targets = pinTargets_[i];
-    for (std::size_t k = 0; k < targets.vertices.size(); ++k)
-      states_[i].positions.col(targets.vertices[k]).head<3>() =
-          targets.positions.col(static_cast<Eigen::Index>(k)).cast<float>();
-  }
+void ClothSimulation::placePins(std::size_t cloth) {
+  const PinTargets& targets = pinTargets_[cloth];
+  for (std::size_t k = 0; k < targets.vertices.size(); ++k)
+    states_[cloth].positions.col(targets.vertices[k]).head<3>() =
+        targets.positions.col(static_cast<Eigen::Index>(k)).cast<float>();
 }
 
 /// Energy from nowhere that a cloth has after the last attempt [J]. A frame's is paid back by what

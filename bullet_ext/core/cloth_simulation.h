@@ -5,6 +5,7 @@
 #include "bullet_ext/core/cloth_stepper.h"
 #include "bullet_ext/core/energy_balance.h"
 #include "bullet_ext/core/external_force.h"
+#include "bullet_ext/core/task_chains.h"
 #include "bullet_ext/core/thread_team.h"
 
 #include <Eigen/Core>
@@ -39,6 +40,22 @@ class SubstepConstraint {
 
   /// After all cloths have moved through substep `substep` (0 …).
   virtual void resolve(std::span<ClothState> states, int substep) = 0;
+};
+
+/// One that acts on each cloth by itself, so that cloths needn't wait for each other. Stages of a
+/// cloth follow each other, their pieces are resolved in any order or at the same time.
+class ClothwiseConstraint : public SubstepConstraint {
+ public:
+  struct Part {
+    int cloth = 0, stage = 0, piece = 0;
+  };
+
+  /// Numbers of pieces of a cloth's stages.
+  virtual std::vector<int> stages(int cloth) const = 0;
+  virtual void resolvePart(const Part& part, ClothState& state, int substep) = 0;
+
+  /// One after the other.
+  void resolve(std::span<ClothState> states, int substep) final;
 };
 
 /// Where pins are at the end of a frame; on the way they move on straight lines.
@@ -89,7 +106,8 @@ class ClothSimulation {
   /// Undoes one addForce(); throws std::invalid_argument if there was none.
   void removeForce(int cloth, const ExternalForce& force);
 
-  /// Constraints resolve in the order in which they were added.
+  /// Constraints resolve in the order in which they were added. Those that act on each cloth by
+  /// itself share the threads best when they come first.
   void addConstraint(std::unique_ptr<SubstepConstraint> constraint);
 
   /// Of options.stepper.threads threads, for constraints to share their work out; idle while these
@@ -131,9 +149,13 @@ class ClothSimulation {
   FrameReport calmDown(const Snapshot& before, const FrameTiming& timing);
   void runSubsteps(const FrameTiming& timing, Booking booking);
   void setSubsteps(const FrameTiming& timing);
-  void resolveConstraints(int substep, Booking booking);
+  std::vector<TaskChain> chainsOf(const FrameTiming& timing, Booking booking);
+  void appendStep(std::size_t cloth, const FrameTiming& timing, Booking booking, TaskChain& chain);
+  void appendConstraint(std::size_t cloth, ClothwiseConstraint& constraint, TaskChain& chain);
+  std::size_t numClothwiseFirst() const;
+  void bookConstraints(std::size_t cloth, double sign, Booking booking);
   void aimPins(const FrameTiming& timing);
-  void placePins();
+  void placePins(std::size_t cloth);
   double excessAfter(std::size_t cloth) const;
   double negligibleEnergy(std::size_t cloth) const;
   bool isPlausible(std::size_t cloth) const;
@@ -151,6 +173,7 @@ class ClothSimulation {
   std::vector<std::vector<const ExternalForce*>> forces_;
   std::vector<PinTargets> pinTargets_;
   std::vector<std::unique_ptr<SubstepConstraint>> constraints_;
+  int substep_ = 0;  ///< the running one
 };
 
 /// Largest speed of a vertex [m/s].

@@ -45,7 +45,7 @@ void StepperOptions::validate() const {
   }
 }
 
-ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options, ThreadTeam* team)
+ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options)
     : mesh_(std::move(mesh)), forces_(Eigen::Matrix4Xf::Zero(4, mesh_.numVertices())) {
   options.validate();
   setSubstep(substepFor(mesh_.material));
@@ -53,10 +53,6 @@ ClothStepper::ClothStepper(ClothMesh mesh, const StepperOptions& options, Thread
     domains_ = splitIntoDomains(mesh_, options.threads);
   }
   if (domains_.size() > 1) {
-    if (team == nullptr) {
-      own_ = std::make_unique<ThreadTeam>(static_cast<int>(domains_.size()));
-    }
-    team_ = team != nullptr ? team : own_.get();
     nextPositions_.setZero(4, mesh_.numVertices());
   }
 }
@@ -107,11 +103,30 @@ double ClothStepper::elasticEnergy(const ClothState& state) {
 }
 
 void ClothStepper::step(ClothState& state, std::span<const ExternalForce* const> externalForces) {
+  if (numPieces() == 1) {
+    ClothIntegrator::step(state, externalForces);
+    return;
+  }
+  if (team_ == nullptr) {
+    team_ = std::make_unique<ThreadTeam>(numPieces());
+  }
+  team_->run([&](int piece) { stepPiece(piece, state, externalForces); });
+  finishStep(state);
+}
+
+void ClothStepper::stepPiece(
+    int piece, ClothState& state, std::span<const ExternalForce* const> externalForces) {
   requireSize(mesh_, state);
   if (domains_.empty()) {
     stepPortable(state, externalForces);
   } else {
-    stepWide(state, externalForces);
+    stepWide(domains_[static_cast<std::size_t>(piece)].domain(), state, externalForces);
+  }
+}
+
+void ClothStepper::finishStep(ClothState& state) {
+  if (numPieces() > 1) {
+    state.positions.swap(nextPositions_);
   }
 }
 
@@ -133,36 +148,18 @@ void ClothStepper::stepPortable(
 }
 
 void ClothStepper::stepWide(
-    ClothState& state, std::span<const ExternalForce* const> externalForces) {
+    const WideDomain& domain,
+    ClothState& state,
+    std::span<const ExternalForce* const> externalForces) {
   const WideSubstep substep = {
       .positions = state.positions.data(),
-      .nextPositions = team_ != nullptr ? nextPositions_.data() : state.positions.data(),
+      .nextPositions = numPieces() > 1 ? nextPositions_.data() : state.positions.data(),
       .velocities = state.velocities.data(),
       .externalForces = externalForces.empty() ? nullptr : forces_.data(),
       .velocityFactors = velocityFactors_.data(),
       .forceFactors = forceFactors_.data(),
       .duration = static_cast<float>(substep_.duration),
       .forwardEuler = substep_.integrator == Integrator::kForwardEuler};
-  const auto stepDomain = [&](int index) {
-    this->stepDomain(index, substep, state, externalForces);
-  };
-  if (team_ != nullptr) {
-    team_->run(stepDomain);
-    state.positions.swap(nextPositions_);
-  } else {
-    stepDomain(0);
-  }
-}
-
-void ClothStepper::stepDomain(
-    int index,
-    const WideSubstep& substep,
-    const ClothState& state,
-    std::span<const ExternalForce* const> externalForces) {
-  if (static_cast<std::size_t>(index) >= domains_.size()) {
-    return;  // a team may have more threads than there are domains
-  }
-  const WideDomain& domain = domains_[static_cast<std::size_t>(index)].domain();
   if (!externalForces.empty()) {
     addExternalForces(state, externalForces, {domain.vertexBegin, domain.vertexEnd});
   }

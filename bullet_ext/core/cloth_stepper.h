@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <span>
@@ -35,10 +36,8 @@ struct StepperOptions {
 /// same input, same bytes, on every processor that has it.
 class ClothStepper final : public ClothIntegrator {
  public:
-  /// Substep as by substepFor(mesh.material). With the threads of a team that outlives it, at least
-  /// as many as the options say, or with a team of its own.
-  explicit ClothStepper(
-      ClothMesh mesh, const StepperOptions& options = {}, ThreadTeam* team = nullptr);
+  /// Substep as by substepFor(mesh.material).
+  explicit ClothStepper(ClothMesh mesh, const StepperOptions& options = {});
 
   const ClothMesh& mesh() const override { return mesh_; }
 
@@ -50,17 +49,22 @@ class ClothStepper final : public ClothIntegrator {
   const SubstepOptions& substep() const override { return substep_; }
 
   void setSubstep(const SubstepOptions& substep) override;
+  /// With threads of its own, if there are several pieces.
   void step(ClothState& state, std::span<const ExternalForce* const> externalForces) override;
+
+  int numPieces() const override { return std::max(1, static_cast<int>(domains_.size())); }
+
+  void stepPiece(
+      int piece, ClothState& state, std::span<const ExternalForce* const> externalForces) override;
+  void finishStep(ClothState& state) override;
   Eigen::Matrix4Xf innerForces(const ClothState& state) override;
   double elasticEnergy(const ClothState& state) override;
 
  private:
   void stepPortable(ClothState& state, std::span<const ExternalForce* const> externalForces);
-  void stepWide(ClothState& state, std::span<const ExternalForce* const> externalForces);
-  void stepDomain(
-      int index,
-      const WideSubstep& substep,
-      const ClothState& state,
+  void stepWide(
+      const WideDomain& domain,
+      ClothState& state,
       std::span<const ExternalForce* const> externalForces);
   void addExternalForces(
       const ClothState& state,
@@ -76,8 +80,7 @@ class ClothStepper final : public ClothIntegrator {
   Eigen::Matrix4Xf forces_;             ///< 4 × N [N]
   std::vector<WideCloth> domains_;      ///< empty: portable
   std::optional<WideCloth> whole_;      ///< for sums that don't depend on the domains
-  std::unique_ptr<ThreadTeam> own_;
-  ThreadTeam* team_ = nullptr;  ///< a thread per domain; null for one domain
+  std::unique_ptr<ThreadTeam> team_;    ///< a thread per domain, from the first step() on
   /// Where several domains write: their neighbours still read the old positions.
   Eigen::Matrix4Xf nextPositions_;
 };

@@ -142,8 +142,8 @@ Eigen::Matrix3Xd ImplicitStepper::solveStage(
 /// With accelerations a(x) = g − ∇E(x)/m and stages X1, V1 and X2, V2:
 ///   V1 = v + h a(X1),                          X1 = x + h V1,
 ///   V2 = v + (1 − γ) dt a(X1) + h a(X2),       X2 = x + (1 − γ) dt V1 + h V2.
-void ImplicitStepper::step(
-    ClothState& state, std::span<const ExternalForce* const> externalForces) {
+void ImplicitStepper::stepPiece(
+    int /*piece*/, ClothState& state, std::span<const ExternalForce* const> externalForces) {
   require(
       state.positions.cols() == mesh_->numVertices() &&
           state.velocities.cols() == mesh_->numVertices(),

@@ -72,7 +72,8 @@ class ImplicitStepper final : public ClothIntegrator {
 
   const ImplicitOptions& options() const { return options_; }
 
-  void step(ClothState& state, std::span<const ExternalForce* const> externalForces) override;
+  void stepPiece(
+      int piece, ClothState& state, std::span<const ExternalForce* const> externalForces) override;
   Eigen::Matrix4Xf innerForces(const ClothState& state) override;
 
   /// Linear systems solved in the last step.

@@ -22,7 +22,8 @@ int spinsFor(int threads) {
   return static_cast<unsigned>(threads) <= cores ? 1000 : 0;
 }
 
-/// Returns when the value is no longer `old`.
+}  // namespace
+
 void awaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old, int spins) {
   for (int i = 0; i < spins; ++i) {
     if (value.load(std::memory_order_acquire) != old) {
@@ -33,15 +34,15 @@ void awaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old, int
   value.wait(old, std::memory_order_acquire);
 }
 
-}  // namespace
-
-ThreadTeam::ThreadTeam(int size) : spins_(spinsFor(size)), next_(static_cast<unsigned>(size)) {
+ThreadTeam::ThreadTeam(int size) : spins_(spinsFor(size)) {
   if (size < 1 || size > 64) {
     throw std::invalid_argument("ThreadTeam: 1 … 64 threads");
   }
-  errors_.resize(static_cast<std::size_t>(size));
-  for (int i = 1; i < size; ++i) {
-    threads_.emplace_back([this] { work(); });
+  const auto count = static_cast<std::size_t>(size);
+  errors_.resize(count);
+  taken_ = std::vector<std::atomic<std::uint32_t>>(count);
+  for (std::size_t i = 1; i < count; ++i) {
+    threads_.emplace_back([this, i] { work(i); });
   }
 }
 
@@ -62,10 +63,9 @@ void ThreadTeam::run(const std::function<void(int)>& task) {
   task_ = &task;
   unfinished_.store(static_cast<std::uint32_t>(size()), std::memory_order_relaxed);
   const std::uint32_t round = round_.load(std::memory_order_relaxed) + 1;
-  next_.store(static_cast<std::uint64_t>(round) << 32U, std::memory_order_release);
   round_.store(round, std::memory_order_release);
   round_.notify_all();
-  help();
+  help(round, 0);
   for (std::uint32_t left = unfinished_.load(std::memory_order_acquire); left != 0;
        left = unfinished_.load(std::memory_order_acquire)) {
     awaitChange(unfinished_, left, spins_);
@@ -77,29 +77,27 @@ void ThreadTeam::run(const std::function<void(int)>& task) {
   }
 }
 
-int ThreadTeam::claim() {
-  std::uint64_t next = next_.load(std::memory_order_acquire);
-  const auto piece = [&] { return static_cast<std::uint32_t>(next); };
-  while (piece() < errors_.size()) {
-    if (next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel)) {
-      return static_cast<int>(piece());
-    }
-  }
-  return -1;
+bool ThreadTeam::claim(std::uint32_t round, std::size_t index) {
+  std::uint32_t before = round - 1;
+  return taken_[index].compare_exchange_strong(before, round, std::memory_order_acq_rel);
 }
 
-void ThreadTeam::perform(int index) {
-  std::exception_ptr& error = errors_[static_cast<std::size_t>(index)];
+void ThreadTeam::perform(std::size_t index) {
+  std::exception_ptr& error = errors_[index];
   error = nullptr;
   try {
-    (*task_)(index);
+    (*task_)(static_cast<int>(index));
   } catch (...) {
     error = std::current_exception();
   }
 }
 
-void ThreadTeam::help() {
-  for (int index = claim(); index >= 0; index = claim()) {
+void ThreadTeam::help(std::uint32_t round, std::size_t own) {
+  for (std::size_t k = 0; k < taken_.size(); ++k) {
+    const std::size_t index = (own + k) % taken_.size();
+    if (!claim(round, index)) {
+      continue;
+    }
     perform(index);
     if (unfinished_.fetch_sub(1, std::memory_order_acq_rel) == 1) {
       unfinished_.notify_one();
@@ -107,7 +105,7 @@ void ThreadTeam::help() {
   }
 }
 
-void ThreadTeam::work() {
+void ThreadTeam::work(std::size_t own) {
   std::uint32_t seen = 0;
   for (;;) {
     awaitChange(round_, seen, spins_);
@@ -115,7 +113,7 @@ void ThreadTeam::work() {
     if (finish_.load(std::memory_order_relaxed)) {
       return;
     }
-    help();
+    help(seen, own);
   }
 }
 

@@ -10,9 +10,13 @@
 
 namespace bullet_ext {
 
+/// Returns when the value is no longer `old`; sleeps after so many looks.
+void awaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old, int spins);
+
 /// Threads that start and finish small pieces of work together, thousands of times per second.
-/// Those who wait spin for some microseconds and then sleep, and who is there first takes the next
-/// piece: on a busy machine nobody waits for a thread that hasn't been given a core.
+/// Those who wait spin for some microseconds and then sleep. Each has a piece of its own, whose
+/// data is in its cache, and then takes what is left: on a busy machine nobody waits for a thread
+/// that hasn't been given a core.
 class ThreadTeam {
  public:
   /// The caller and size − 1 threads, 1 … 64. Throws std::invalid_argument for other sizes.
@@ -24,6 +28,9 @@ class ThreadTeam {
   ~ThreadTeam();
 
   int size() const { return static_cast<int>(errors_.size()); }
+
+  /// How often to look before sleeping.
+  int spins() const { return spins_; }
 
   /// Calls task(0) … task(size − 1), shared out among the threads, and returns when all are done.
   /// Rethrows the exception of the lowest index that threw. Not reentrant.
@@ -40,12 +47,11 @@ class ThreadTeam {
   }
 
  private:
-  void work();
-  /// Performs what is left of the round.
-  void help();
-  /// The next piece of the round, or −1.
-  int claim();
-  void perform(int index);
+  void work(std::size_t own);
+  /// Performs what is left of the round, `own` first.
+  void help(std::uint32_t round, std::size_t own);
+  bool claim(std::uint32_t round, std::size_t index);
+  void perform(std::size_t index);
 
   int spins_;
   std::vector<std::thread> threads_;
@@ -53,8 +59,8 @@ class ThreadTeam {
   const std::function<void(int)>* task_ = nullptr;
   std::atomic<bool> finish_{false};
   std::atomic<std::uint32_t> round_{0};
-  /// Round in the upper half, next piece in the lower: a late thread can't mistake the round.
-  std::atomic<std::uint64_t> next_;
+  /// Last round in which each piece was taken: a late thread can't mistake the round.
+  std::vector<std::atomic<std::uint32_t>> taken_;
   std::atomic<std::uint32_t> unfinished_{0};
 };
 

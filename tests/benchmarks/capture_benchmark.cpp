@@ -34,9 +34,10 @@ void captureAll(
     const CapturePerson& person,
     const avatar::Camera& camera,
     const std::vector<ObservedFrame>& frames,
+    const CaptureOptions& options,
     int threads,
     std::vector<FrameCost>& costs) {
-  CaptureSession session(person, camera, {}, threads);
+  CaptureSession session(person, camera, options, threads);
   session.dress(frames.front().body.pose);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const double start = processorMs();
@@ -63,11 +64,13 @@ FrameCost meanOf(const std::vector<FrameCost>& costs) {
 
 /// Time of the clothes of a captured frame: the mean over frames of the least of several equal
 /// runs. Bodies are tracked beforehand.
-///   capture_benchmark RECORDING AVATAR [FIRST [FRAMES [RUNS [THREADS]]]]
+/// THREADS 0: with one and with two. With "literal", in the paper's own way.
+///   capture_benchmark RECORDING AVATAR [FIRST [FRAMES [RUNS [THREADS [literal]]]]]
 int main(int argc, char** argv) {
   if (argc < 3) {
     std::fprintf(
-        stderr, "usage: capture_benchmark RECORDING AVATAR [FIRST [FRAMES [RUNS [THREADS]]]]\n");
+        stderr,
+        "usage: capture_benchmark RECORDING AVATAR [FIRST [FRAMES [RUNS [THREADS [literal]]]]]\n");
     return 2;
   }
   const auto number = [&](int i, int otherwise) {
@@ -91,11 +94,13 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "capture_benchmark: nobody was found\n");
     return 1;
   }
+  const CaptureOptions options = argc > 7 ? CaptureOptions::literal() : CaptureOptions{};
+  const int only = number(6, 0);
   benchmark::reportCalibration();
-  for (int threads = number(6, 1); threads <= number(6, 2); ++threads) {
+  for (int threads = only > 0 ? only : 1; threads <= (only > 0 ? only : 2); ++threads) {
     std::vector<FrameCost> costs(frames.size());
     for (int run = 0; run < number(5, 3); ++run) {
-      captureAll(person, recording.camera(), frames, threads, costs);
+      captureAll(person, recording.camera(), frames, options, threads, costs);
     }
     const FrameCost mean = meanOf(costs);
     std::printf(
