@@ -68,13 +68,14 @@ class Digitizer {
     stage("garments", [&] { dress(); });
   }
 
-  /// What hangs about both legs isn't carried by them, and draws thighs and hips that are tracked
-  /// without it to its near side. Until it is known, people are taken to stand as they should.
+  /// What hangs loosely about the legs isn't carried by them, and draws thighs and hips that are
+  /// tracked without it to its near side. Until it is known, people are taken to stand as they
+  /// should.
   void straighten() {
     const avatar::ShapedBody shaped = skinning_.shape(turn_.betas);
-    if (avatar::legsApart(turn_.frames, skinning_, shaped))
+    options_.fusion.legsCovered = !avatar::legsApart(turn_.frames, skinning_, shaped);
+    if (avatar::thighsApart(turn_.frames, skinning_, shaped))
       return;
-    options_.fusion.legsCovered = true;
     for (avatar::PosedDepthFrame& frame : turn_.frames)
       frame.pose = avatar::uprightBelowNeck(frame.pose, skinning_, shaped);
   }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <cmath>
 
 namespace avatar {
@@ -29,17 +30,17 @@ bool gapBetween(
   return false;
 }
 
-}  // namespace
-
-bool legsApart(
+/// Do most pictures show a gap between the thighs, at places from hip (0) to knee (1)?
+bool isGapUsual(
     const std::vector<PosedDepthFrame>& frames,
     const Skinning& skinning,
-    const ShapedBody& shaped) {
+    const ShapedBody& shaped,
+    const std::array<double, 3>& places) {
   int gaps = 0;
   int samples = 0;
   for (const PosedDepthFrame& frame : frames) {
     const SkinnedBody body = skinning.pose(shaped, frame.pose);
-    for (const double t : {0.45, 0.55, 0.65}) {
+    for (const double t : places) {
       const Eigen::Vector3d left = project(frame.camera, onThigh(body, kLeftHip, t));
       const Eigen::Vector3d right = project(frame.camera, onThigh(body, kRightHip, t));
       // Seen from the side, one thigh hides the gap.
@@ -51,6 +52,34 @@ bool legsApart(
     }
   }
   return samples > 0 && 2 * gaps > samples;
+}
+
+/// Turns a straight leg in the frontal plane so that it leads to an ankle.
+void spreadLeg(BodyPose& pose, int hip, const SkinnedBody& body, const Eigen::Vector3d& ankle) {
+  constexpr int kToAnkle = 6;  // joints, in the order of SMPL
+  const Eigen::Matrix3d toBody =
+      Eigen::AngleAxisd(-heading(pose), Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const auto tilt = [&](const Eigen::Vector3d& end) {
+    const Eigen::Vector3d leg = toBody * (end - body.joints.col(hip));
+    return std::atan2(leg.x(), -leg.y());
+  };
+  pose.jointRotations[3 * hip + 2] = tilt(ankle) - tilt(body.joints.col(hip + kToAnkle));
+}
+
+}  // namespace
+
+bool legsApart(
+    const std::vector<PosedDepthFrame>& frames,
+    const Skinning& skinning,
+    const ShapedBody& shaped) {
+  return isGapUsual(frames, skinning, shaped, {0.65, 0.75, 0.85});
+}
+
+bool thighsApart(
+    const std::vector<PosedDepthFrame>& frames,
+    const Skinning& skinning,
+    const ShapedBody& shaped) {
+  return isGapUsual(frames, skinning, shaped, {0.45, 0.55, 0.65});
 }
 
 BodyPose uprightBelowNeck(
@@ -72,6 +101,10 @@ BodyPose uprightBelowNeck(
     return skinning.pose(shaped, of).joints.col(kNeck);
   };
   upright.translation += neck(pose) - neck(upright);
+  const SkinnedBody bent = skinning.pose(shaped, pose);
+  const SkinnedBody straight = skinning.pose(shaped, upright);
+  spreadLeg(upright, kLeftHip, straight, bent.joints.col(kLeftAnkle));
+  spreadLeg(upright, kRightHip, straight, bent.joints.col(kRightAnkle));
   return upright;
 }
 

@@ -33,7 +33,7 @@ TEST_F(UprightStand, KeepsNeckAndHeadingAndStraightensTheRest) {
   EXPECT_LT((after.col(kNeck) - before.col(kNeck)).norm(), kRounding);
   EXPECT_NEAR(heading(upright), heading(bent), kRounding);
   const Eigen::AngleAxisd facing(heading(bent), Eigen::Vector3d::UnitY());
-  for (const int joint : {kPelvis, kSpine2, kLeftKnee, kRightAnkle, kLeftFoot}) {
+  for (const int joint : {kPelvis, kSpine2, kLeftHip, kRightHip}) {
     const Eigen::Vector3d atRest = shaped_.joints.col(joint) - shaped_.joints.col(kNeck);
     EXPECT_LT((after.col(joint) - after.col(kNeck) - facing * atRest).norm(), kRounding) << joint;
   }
@@ -42,19 +42,61 @@ TEST_F(UprightStand, KeepsNeckAndHeadingAndStraightensTheRest) {
         upright.jointRotations.segment<3>(3 * joint), bent.jointRotations.segment<3>(3 * joint));
 }
 
+TEST_F(UprightStand, LeadsStraightLegsToTheAnklesAsSeenFromTheFront) {
+  BodyPose bent = test::turned(aPose(), 0.8);
+  for (const int joint : {kLeftHip, kRightHip})
+    bent.jointRotations[3 * joint] = -0.5;
+  bent.jointRotations[3 * kLeftKnee] = 0.9;
+  bent.jointRotations[3 * kLeftHip + 2] = 0.2;
+  const BodyPose upright = uprightBelowNeck(bent, skinning_, shaped_);
+  const Eigen::Matrix3Xd before = skinning_.pose(shaped_, bent).joints;
+  const Eigen::Matrix3Xd after = skinning_.pose(shaped_, upright).joints;
+  const Eigen::Matrix3d toBody =
+      Eigen::AngleAxisd(-heading(bent), Eigen::Vector3d::UnitY()).toRotationMatrix();
+  constexpr double kRounding = 1e-12;
+  for (const auto& [hip, knee, ankle] :
+       {std::array{kLeftHip, kLeftKnee, kLeftAnkle},
+        std::array{kRightHip, kRightKnee, kRightAnkle}}) {
+    const Eigen::Vector3d wanted = toBody * (before.col(ankle) - after.col(hip));
+    const Eigen::Vector3d found = toBody * (after.col(ankle) - after.col(hip));
+    EXPECT_NEAR(found.x() / found.y(), wanted.x() / wanted.y(), kRounding);
+    const auto bone = [](const Eigen::Matrix3Xd& joints, int from, int to) -> Eigen::Vector3d {
+      return joints.col(to) - joints.col(from);
+    };
+    const Eigen::Vector3d atRest = bone(shaped_.joints, hip, ankle);
+    EXPECT_NEAR(found.z(), atRest.z(), kRounding);
+    EXPECT_NEAR(found.norm(), atRest.norm(), kRounding);
+    EXPECT_NEAR(
+        bone(after, hip, knee).dot(bone(after, knee, ankle)),
+        bone(shaped_.joints, hip, knee).dot(bone(shaped_.joints, knee, ankle)),
+        kRounding);
+  }
+}
+
 TEST_F(UprightStand, SeesWhetherASkirtCoversTheLegsTogether) {
-  std::vector<PosedDepthFrame> bare, covered;
+  std::vector<PosedDepthFrame> bare, wide, covered;
   for (int view = 0; view < 8; ++view) {
     const BodyPose pose = test::turned(aPose(), view * std::numbers::pi / 4.0);
     const SkinnedBody body = skinning_.pose(shaped_, pose);
     const test::PaintedMesh person{{body.vertices, figure_.faces}};
     const TriangleMesh cloth = test::openCone(body.joints.col(kPelvis), 0.5, 0.2, 0.35);
+    // Trouser legs that meet down to three fifths of the thighs.
+    const Eigen::Vector3d fork = 0.2 * (body.joints.col(kLeftHip) + body.joints.col(kRightHip)) +
+                                 0.3 * (body.joints.col(kLeftKnee) + body.joints.col(kRightKnee));
+    const double seat = body.joints(1, kPelvis) - fork.y();
+    const TriangleMesh trousers = test::openCone(body.joints.col(kPelvis), seat, 0.2, 0.2);
     const Camera camera = test::frontCamera(2.2);
     bare.push_back(test::renderedFrame(std::array{person}, camera, pose));
+    wide.push_back(
+        test::renderedFrame(std::array{person, test::PaintedMesh{trousers}}, camera, pose));
     covered.push_back(
         test::renderedFrame(std::array{person, test::PaintedMesh{cloth}}, camera, pose));
   }
+  EXPECT_TRUE(thighsApart(bare, skinning_, shaped_));
   EXPECT_TRUE(legsApart(bare, skinning_, shaped_));
+  EXPECT_FALSE(thighsApart(wide, skinning_, shaped_));
+  EXPECT_TRUE(legsApart(wide, skinning_, shaped_));
+  EXPECT_FALSE(thighsApart(covered, skinning_, shaped_));
   EXPECT_FALSE(legsApart(covered, skinning_, shaped_));
 }
 
