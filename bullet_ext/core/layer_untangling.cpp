@@ -3,6 +3,7 @@
 #include "bullet_ext/core/contact_response.h"
 #include "bullet_ext/core/crossing_check.h"
 #include "bullet_ext/core/element_index.h"
+#include "bullet_ext/core/moving_box_tree.h"
 
 #include <Eigen/Geometry>
 
@@ -78,60 +79,53 @@ VertexFrames vertexFrames(const ContactElements& elements, const Eigen::Matrix4X
   return frames;
 }
 
-/// The triangles of one garment, sorted along x, to find the one nearest to a point.
+/// Of the triangles of one garment, the one nearest to a point.
 class NearestTriangle {
  public:
   NearestTriangle(const ContactElements& elements, const Eigen::Matrix4Xf& x, std::size_t garment)
-      : elements_(elements), x_(x), garment_(garment) {
-    for (int f = elements.firstFaces[garment]; f < elements.firstFaces[garment + 1]; ++f) {
-      const Eigen::Vector3i v = elements.faces.col(f);
-      const float low = std::min({x(0, v[0]), x(0, v[1]), x(0, v[2])});
-      const float high = std::max({x(0, v[0]), x(0, v[1]), x(0, v[2])});
-      faces_.emplace_back(low, f);
-      widest_ = std::max(widest_, high - low);
-    }
-    std::sort(faces_.begin(), faces_.end());
-  }
+      : elements_(elements), x_(x), garment_(garment), tree_(boxesOf(elements, x, garment)) {}
 
   std::size_t garment() const { return garment_; }
 
   /// The nearest one within a depth; closest.distance is infinite when there is none.
   MisplacedVertex find(int vertex, float depth) const {
     MisplacedVertex nearest;
-    nearest.closest.distance = depth;
-    const Eigen::Vector4f p = x_.col(vertex);
-    const auto begin =
-        std::lower_bound(faces_.begin(), faces_.end(), std::pair(p[0] - depth - widest_, -1));
-    bool found = false;
-    for (auto entry = begin; entry != faces_.end() && entry->first <= p[0] + depth; ++entry) {
-      const Eigen::Vector3i v = elements_.faces.col(entry->second);
-      const Eigen::Array3f y(x_(1, v[0]) - p[1], x_(1, v[1]) - p[1], x_(1, v[2]) - p[1]);
-      const Eigen::Array3f z(x_(2, v[0]) - p[2], x_(2, v[1]) - p[2], x_(2, v[2]) - p[2]);
-      if (y.minCoeff() > depth || y.maxCoeff() < -depth || z.minCoeff() > depth ||
-          z.maxCoeff() < -depth) {
-        continue;
-      }
+    nearest.closest.distance = std::numeric_limits<float>::infinity();
+    const auto visit = [&](int face, float bound) {
+      const Eigen::Vector3i v = elements_.faces.col(elements_.firstFaces[garment_] + face);
       const std::array<int, 4> vertices = {vertex, v[0], v[1], v[2]};
       const ClosestPoints<float> closest =
           closestPoints(PairKind::kVertexTriangle, cornersAt(x_, vertices));
-      if (closest.distance < nearest.closest.distance) {
-        nearest.vertices = vertices;
-        nearest.closest = closest;
-        found = true;
-      }
-    }
-    if (!found) {
-      nearest.closest.distance = std::numeric_limits<float>::infinity();
-    }
+      if (!(closest.distance < bound))
+        return bound;
+      nearest.vertices = vertices;
+      nearest.closest = closest;
+      return closest.distance;
+    };
+    tree_.visitNear(x_.col(vertex).head<3>(), 0.0F, depth, visit);
     return nearest;
   }
 
  private:
+  static std::vector<MovingBox> boxesOf(
+      const ContactElements& elements, const Eigen::Matrix4Xf& x, std::size_t garment) {
+    std::vector<MovingBox> boxes;
+    for (int f = elements.firstFaces[garment]; f < elements.firstFaces[garment + 1]; ++f) {
+      const Eigen::Vector3i v = elements.faces.col(f);
+      const Eigen::Array4f a = x.col(v[0]).array();
+      const Eigen::Array4f b = x.col(v[1]).array();
+      const Eigen::Array4f c = x.col(v[2]).array();
+      const Eigen::Array4f low = a.min(b).min(c);
+      const Eigen::Array4f high = a.max(b).max(c);
+      boxes.push_back({low, high, low, high});
+    }
+    return boxes;
+  }
+
   const ContactElements& elements_;
   const Eigen::Matrix4Xf& x_;
   std::size_t garment_;
-  std::vector<std::pair<float, int>> faces_;  ///< smallest x and face
-  float widest_ = 0.0F;
+  MovingBoxTree tree_;
 };
 
 /// In front (+1), behind (−1), or 0 when the nearest point is on an open border. The normal is that
