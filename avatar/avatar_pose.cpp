@@ -36,6 +36,14 @@ Eigen::Matrix3Xd blended(
   return moved;
 }
 
+/// Of a blend of rotations, to be solved: where blending has collapsed, for the nearest solution.
+Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d> decomposed(const Eigen::Matrix3d& blend) {
+  constexpr double kCollapsed = 0.05;  // a singular value; a blend of rotations doesn't stretch
+  Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d> decomposition;
+  decomposition.setThreshold(kCollapsed).compute(blend);
+  return decomposition;
+}
+
 std::vector<Eigen::Isometry3d> worldFromBind(
     const AvatarBody& body, const BodyPose& bind, const BodyPose& pose) {
   std::vector<Eigen::Isometry3d> frames = worldFromJoints(body, pose);
@@ -81,18 +89,28 @@ Eigen::Matrix3Xd posedVertices(
       garment.skinningWeights, worldFromBind(body, garment.bindPose, pose), garment.mesh.vertices);
 }
 
+std::vector<Eigen::Affine3d> carryingTransforms(
+    const Garment& garment, const AvatarBody& body, const BodyPose& from, const BodyPose& to) {
+  const auto& weights = garment.skinningWeights;
+  const std::vector<Eigen::Affine3d> left = vertexTransforms(weights, body, garment.bindPose, from);
+  std::vector<Eigen::Affine3d> carrying = vertexTransforms(weights, body, garment.bindPose, to);
+  for (std::size_t v = 0; v < carrying.size(); ++v) {
+    const Eigen::Vector3d vertex = garment.mesh.vertices.col(static_cast<Eigen::Index>(v));
+    const Eigen::Vector3d start = left[v] * vertex;
+    const Eigen::Vector3d end = carrying[v] * vertex;
+    carrying[v].linear() *= decomposed(left[v].linear()).pseudoInverse();
+    carrying[v].translation() = end - carrying[v].linear() * start;
+  }
+  return carrying;
+}
+
 Eigen::Matrix3Xd unposedVertices(const Garment& garment, const AvatarBody& body) {
   Eigen::Matrix3Xd vertices = garment.mesh.vertices;
   Eigen::Index v = 0;
   for (const Eigen::Affine3d& posed :
        vertexTransforms(garment.skinningWeights, body, {}, garment.bindPose)) {
     const Eigen::Vector3d missed = vertices.col(v) - posed * Eigen::Vector3d(vertices.col(v));
-    const Eigen::Matrix3d linear = posed.linear();
-    // A blend of rotations doesn't stretch; below this singular value it has collapsed.
-    constexpr double kCollapsed = 0.05;
-    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d> inverse;
-    inverse.setThreshold(kCollapsed).compute(linear);
-    vertices.col(v++) += inverse.solve(missed);
+    vertices.col(v++) += decomposed(posed.linear()).solve(missed);
   }
   return vertices;
 }

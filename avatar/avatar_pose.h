@@ -31,6 +31,12 @@ Eigen::Matrix3Xd posedVertices(const AvatarBody& body, const BodyPose& pose);
 Eigen::Matrix3Xd posedVertices(
     const Garment& garment, const AvatarBody& body, const BodyPose& pose);
 
+/// V transforms that take along what hangs about a garment while the body gets from one pose to
+/// another: each takes the garment's vertex as it follows the body (posedVertices()) there, and
+/// turns what is beside it as the body turns there.
+std::vector<Eigen::Affine3d> carryingTransforms(
+    const Garment& garment, const AvatarBody& body, const BodyPose& from, const BodyPose& to);
+
 /// The garment on the body at rest, from where its skinning brings it back into its bind pose: the
 /// inverse of every vertex' blended transform, 3 × V [m]. Where blending collapses (opposite
 /// rotations) the vertex moves as little as gives the nearest solution.

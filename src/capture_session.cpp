@@ -151,6 +151,7 @@ bullet_ext::CaptureSetup CaptureSession::captureSetup(int threads) const {
   if (options_.strainLimit)
     setup.strainLimit = bullet_ext::StrainLimitOptions{.limit = *options_.strainLimit};
   setup.simulation.stepper.threads = threads;
+  setup.simulation.mostRedos = options_.mostRedos;
   return setup;
 }
 
@@ -173,6 +174,7 @@ CaptureResult CaptureSession::processFrame(const ObservedFrame& frame) {
       fitted ? fit(frame, views) : std::vector<GarmentTargets>(layers_.size());
   if (isSimulated(options_.method))
     calm(frame, targets);
+  pose_ = frame.body.pose;
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     CapturedGarment& garment = result.garments[i];
     garment.vertices = layers_[i].vertices;
@@ -211,6 +213,7 @@ int CaptureSession::substepsFor(double duration) const {
 /// is decimetres from where it hangs.
 void CaptureSession::dress(const avatar::BodyPose& pose) {
   dressed_ = true;
+  pose_ = pose;
   if (layers_.empty())
     return;
   const avatar::BodyPose begin = dressingPose(layers_.front().garment, pose);
@@ -227,6 +230,43 @@ void CaptureSession::dress(const avatar::BodyPose& pose) {
     for (int garment = 0; garment < world_->numGarments(); ++garment)
       world_->setState(
           garment, world_->vertices(garment), kDressingMomentum * world_->velocities(garment));
+  }
+}
+
+/// Takes the clothes along with the body through the part of a frame that isn't simulated; returns
+/// what is left of it [s]. Where the body jumps, that is all of its way: they come to rest there.
+double CaptureSession::carry(const ObservedFrame& frame) {
+  const double simulated = std::min(frame.duration, options_.longestSimulated);
+  const bool jumps = frame.body.status != TrackingStatus::kTracked;
+  if (!jumps && simulated == frame.duration)
+    return simulated;
+  const avatar::BodyPose reached =
+      jumps ? frame.body.pose
+            : avatar::interpolated(pose_, frame.body.pose, 1.0 - simulated / frame.duration);
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    Layer& layer = layers_[static_cast<std::size_t>(i)];
+    Eigen::Matrix3Xd positions = world_->vertices(i);
+    Eigen::Matrix3Xd velocities = world_->velocities(i);
+    Eigen::Index v = 0;
+    for (const Eigen::Affine3d& way :
+         avatar::carryingTransforms(layer.garment, person_.avatar.body, pose_, reached)) {
+      positions.col(v) = way * Eigen::Vector3d(positions.col(v));
+      velocities.col(v) = (jumps ? 0.0 : 1.0) * (way.linear() * velocities.col(v));
+      ++v;
+    }
+    world_->setState(i, positions, velocities);
+    layer.followed = skinned(i, reached);
+  }
+  world_->placeBody(bodySurface(reached));
+  return simulated;
+}
+
+/// Puts the clothes on as they follow the joints.
+void CaptureSession::wear(const avatar::BodyPose& pose) {
+  for (int i = 0; i < world_->numGarments(); ++i) {
+    const Eigen::Matrix3Xd worn = skinned(i, pose);
+    world_->setState(i, worn, Eigen::Matrix3Xd::Zero(3, worn.cols()));
+    layers_[static_cast<std::size_t>(i)].vertices = world_->vertices(i);
   }
 }
 
@@ -261,10 +301,14 @@ void CaptureSession::takeWarped() {
 
 /// False: the cloth blew up.
 bool CaptureSession::moveGarments(const ObservedFrame& frame, const Eigen::Matrix3Xd& body) {
-  if (isSimulated(options_.method))
-    return simulate(body, frame.duration);
-  follow(frame.body.pose);
-  return true;
+  if (!isSimulated(options_.method)) {
+    follow(frame.body.pose);
+    return true;
+  }
+  const bool stable = simulate(body, carry(frame));
+  if (!stable)
+    wear(frame.body.pose);
+  return stable;
 }
 
 std::vector<GarmentView> CaptureSession::view(const Eigen::Matrix3Xd& body) {
@@ -352,9 +396,10 @@ std::vector<GarmentTargets> CaptureSession::fitPhysically(
   return targets;
 }
 
-/// Takes momentum relative to the body.
+/// Takes momentum relative to the body, whose last motion took as long as was simulated.
 void CaptureSession::calm(const ObservedFrame& frame, const std::vector<GarmentTargets>& targets) {
   const double frames = kPaperRate * frame.duration;
+  const double simulated = std::min(frame.duration, options_.longestSimulated);
   const double hidden = std::pow(options_.hiddenMomentum, frames);
   const double fitted = std::pow(options_.fittedMomentum, frames);
   for (int i = 0; i < world_->numGarments(); ++i) {
@@ -364,7 +409,7 @@ void CaptureSession::calm(const ObservedFrame& frame, const std::vector<GarmentT
       Eigen::RowVectorXd kept = Eigen::RowVectorXd::Constant(followed.cols(), hidden);
       for (const bullet_ext::DepthTarget& target : targets[static_cast<std::size_t>(i)].targets)
         kept[target.vertex] += static_cast<double>(target.blend) * (fitted - hidden);
-      const Eigen::Matrix3Xd body = (followed - layer.followed) / frame.duration;
+      const Eigen::Matrix3Xd body = (followed - layer.followed) / simulated;
       const Eigen::Matrix3Xd own = world_->velocities(i) - body;
       world_->setState(i, world_->vertices(i), body + own * kept.asDiagonal());
     }
@@ -373,7 +418,7 @@ void CaptureSession::calm(const ObservedFrame& frame, const std::vector<GarmentT
 }
 
 CaptureState CaptureSession::state() const {
-  CaptureState state{.bodyVertices = bodyVertices_};
+  CaptureState state{.bodyVertices = bodyVertices_, .pose = pose_};
   for (int i = 0; i < world_->numGarments(); ++i)
     state.garments.push_back(
         {world_->vertices(i),
@@ -389,6 +434,7 @@ void CaptureSession::restore(const CaptureState& state) {
   if (state.garments.size() != layers_.size())
     throw std::invalid_argument("CaptureSession: the state is of another avatar");
   bodyVertices_ = state.bodyVertices;
+  pose_ = state.pose;
   if (warped_)
     warped_->restore(state.warps);
   if (bodyVertices_.cols() == 0)

@@ -54,7 +54,7 @@ struct CaptureResult {
   Eigen::Matrix3Xd bodyVertices;  ///< 3 × V [m]
   std::vector<CapturedGarment> garments;
   FrameTimes times;
-  bool stable = true;  ///< false: the cloth blew up and stands still
+  bool stable = true;  ///< false: the cloth blew up and was put on anew
 };
 
 /// All that the session remembers from frame to frame, so that a capture can be resumed.
@@ -67,6 +67,7 @@ struct CaptureState {
   };
 
   Eigen::Matrix3Xd bodyVertices;  ///< 3 × V [m]; 3 × 0: before the first frame
+  avatar::BodyPose pose;          ///< of the last frame
   std::vector<Garment> garments;
   std::vector<Eigen::MatrixXd> warps;  ///< WarpedClothes::state(); none with other methods
 };
@@ -90,7 +91,8 @@ class CaptureSession {
   CaptureSession& operator=(CaptureSession&&) = delete;
 
   /// The next frame. In the first one the person is dressed, unless it is already. A lost body is
-  /// believed, but nothing is fitted.
+  /// believed, but nothing is fitted, and it carries the clothes with it, as does one that was
+  /// found again: nobody moves as it jumps.
   CaptureResult processFrame(const ObservedFrame& frame);
 
   /// Simulates the clothes from the pose they were made in to this one.
@@ -110,7 +112,9 @@ class CaptureSession {
   avatar::SurfaceAttachment attachedPins(const avatar::Garment& garment) const;
   Eigen::Matrix3Xd bodySurface(const avatar::BodyPose& pose) const;
   Eigen::Matrix3Xd skinned(int garment, const avatar::BodyPose& pose) const;
+  double carry(const ObservedFrame& frame);
   bool simulate(const Eigen::Matrix3Xd& body, double duration);
+  void wear(const avatar::BodyPose& pose);
   void follow(const avatar::BodyPose& pose);
   void calm(const ObservedFrame& frame, const std::vector<GarmentTargets>& targets);
   void takeWarped();
@@ -140,6 +144,7 @@ class CaptureSession {
   double largestSubstep_ = 0.0;            // that every garment bears [s]
   bool dressed_ = false;
   Eigen::Matrix3Xd bodyVertices_;  // of the last frame
+  avatar::BodyPose pose_;          // the same
 };
 
 /// The person with its clothes as they hang on it where it stands still in the pose they were made

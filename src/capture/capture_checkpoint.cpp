@@ -81,6 +81,7 @@ std::string garmentKey(std::size_t garment, const char* what) {
 
 void addCloth(const CaptureState& cloth, NpzArrays& arrays) {
   arrays["body_vertices"] = NpyArray::fromMatrix(cloth.bodyVertices);
+  arrays["body_pose"] = poseArray(cloth.pose);
   for (std::size_t i = 0; i < cloth.garments.size(); ++i) {
     const CaptureState::Garment& garment = cloth.garments[i];
     arrays[garmentKey(i, "positions")] = NpyArray::fromMatrix(garment.positions);
@@ -93,7 +94,8 @@ void addCloth(const CaptureState& cloth, NpzArrays& arrays) {
 }
 
 CaptureState clothOf(const NpzArrays& arrays) {
-  CaptureState cloth{.bodyVertices = pointsOf(arrays.at("body_vertices"))};
+  CaptureState cloth{
+      .bodyVertices = pointsOf(arrays.at("body_vertices")), .pose = poseOf(arrays.at("body_pose"))};
   for (std::size_t i = 0; arrays.count(garmentKey(i, "positions")) > 0; ++i)
     cloth.garments.push_back(
         {pointsOf(arrays.at(garmentKey(i, "positions"))),

@@ -38,6 +38,14 @@ CaptureOptions CaptureOptions::literal() {
   return options;
 }
 
+CaptureOptions CaptureOptions::live() {
+  CaptureOptions options;
+  options.longestSimulated = 1.0 / 30.0;
+  options.mostRedos = 1;
+  options.dressingSeconds = 0.25;
+  return options;
+}
+
 void CaptureOptions::validate() const {
   require(
       substepDuration >= 1e-5 && substepDuration <= 1e-2,
@@ -45,6 +53,10 @@ void CaptureOptions::validate() const {
   require(
       longestSubstep >= 1e-5 && longestSubstep <= 1e-2,
       "longestSubstep must be within [1e-5, 1e-2] s");
+  require(
+      longestSimulated >= 1e-3 && longestSimulated <= 1.0,
+      "longestSimulated must be within [1e-3, 1] s");
+  require(mostRedos >= 0 && mostRedos <= 10, "mostRedos must be within [0, 10]");
   require(fitRounds >= 1 && fitRounds <= 100, "fitRounds must be within [1, 100]");
   require(fitIterations >= 1 && fitIterations <= 1000, "fitIterations must be within [1, 1000]");
   require(fitSubstep >= 1e-5 && fitSubstep <= 1e-2, "fitSubstep must be within [1e-5, 1e-2] s");

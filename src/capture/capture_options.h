@@ -38,6 +38,12 @@ struct CaptureOptions {
   double substepDuration = 1.0 / 1500.0;
   /// The simulation's substeps are as long as all the cloth bears, but not longer [s], 1e-5 … 1e-2.
   double longestSubstep = 1.0 / 1000.0;
+  /// Of a frame's duration, so much is simulated at most [s], 1e-3 … 1; through what was before the
+  /// body carries the clothes.
+  double longestSimulated = 0.25;
+  /// How often a frame that blows up is done again, with twice the substeps, 0 … 10; after that
+  /// the clothes are put on anew.
+  int mostRedos = 4;
   int fitRounds = 2;           ///< correspondences are looked for anew in each, 1 … 100
   int fitIterations = 12;      ///< substeps in each round, 1 … 1000
   double fitSubstep = 0.0007;  ///< [s], 1e-5 … 1e-2; shorter where the cloth wouldn't bear it
@@ -73,6 +79,10 @@ struct CaptureOptions {
   /// SimulCap's own: 100 + 100 substeps, eq. (3) as printed, clamped, along the rays; no filter
   /// over time, no strain limit, all momentum kept.
   static CaptureOptions literal();
+
+  /// For captures that are looked at meanwhile: at most so much work per frame, however long the
+  /// last one took, else each would take longer than the one before.
+  static CaptureOptions live();
 
   /// Throws std::invalid_argument that names the field outside its range.
   void validate() const;

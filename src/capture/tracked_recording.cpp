@@ -11,9 +11,6 @@
 namespace simulcap {
 namespace {
 
-/// Nobody's way is known over a longer gap, and its simulation would take as long [s].
-constexpr double kLongestFrame = 0.25;
-
 double millisecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
       .count();
@@ -115,7 +112,7 @@ bool TrackedRecording::findBody(TrackedFrame& frame) {
   lastFrame_ = frame.picture.index;
   const double usual = 1.0 / source_->info().framesPerSecond;
   const double time = frame.picture.timestamp;
-  frame.observed.duration = std::min(kLongestFrame, lastTime_ ? time - *lastTime_ : usual);
+  frame.observed.duration = lastTime_ ? time - *lastTime_ : usual;
   lastTime_ = time;
   frame.trackingMs = millisecondsSince(start);
   return true;

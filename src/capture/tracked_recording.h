@@ -41,7 +41,7 @@ struct TrackedPerson {
 struct TrackedFrame {
   int ordinal = 0;  ///< among the range's usable frames, from 0
   RgbdFrame picture;
-  ObservedFrame observed;  ///< a quarter of a second long at most
+  ObservedFrame observed;
   double inputMs = 0.0;    ///< wall time of reading and preparation
   double trackingMs = 0.0;
 };

@@ -141,7 +141,7 @@ void report(const CaptureOutput& output, const TrackedRecording& frames, const C
   warnOf(output.figures().framesLost(), " frames with the body lost: its pose is a prediction");
   warnOf(
       output.figures().framesUnstable(),
-      " frames in which cloth blew up: it lost its momentum there");
+      " frames in which cloth blew up: it was put on anew there");
 }
 
 /// What the capture was made with.

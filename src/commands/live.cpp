@@ -168,6 +168,7 @@ nlohmann::json liveFiguresOf(const LiveFigures& figures, const Viewer& viewer) {
       {"frames_captured", figures.captured},
       {"frames_dropped", figures.dropped},
       {"frames_lost", figures.lost},
+      {"frames_unstable", figures.unstable},
       {"frames_shown", viewer.shown()},
       {"shown_per_second", viewer.shownPerSecond()}};
   if (!latencies.empty())
@@ -217,7 +218,7 @@ class LiveOutput {
     nlohmann::json details = person_.digitization;
     details["live"] = live;
     details["settings"] = {{"avatar", options_.person.avatar}, {"body", options_.person.body}};
-    details["left_out"] = leftOut(CaptureOptions{}, person_.avatar);
+    details["left_out"] = leftOut(CaptureOptions::live(), person_.avatar);
     const CaptureMetrics metrics = writeCaptureMetrics(
         {.folder = options_.output,
          .input = options_.source(),

@@ -1,6 +1,5 @@
 #include "src/live/live_session.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -9,9 +8,6 @@ namespace {
 
 // Of the pixels that are shown, in both directions.
 constexpr int kPointStride = 2;
-/// Cloth is simulated for at most so long per frame, however long the last one took [s]: else each
-/// would take longer than the one before.
-constexpr double kLongestStep = 0.05;
 
 std::string captionOf(const TrackedFrame& frame, const CaptureResult& result, double latency) {
   char text[160];
@@ -58,14 +54,14 @@ void LiveSession::begin(const TrackedFrame& frame, LiveFeed& feed) {
   lastIndex_ = frame.picture.index - 1;
 }
 
-void LiveSession::capture(TrackedFrame& frame, CaptureSession& session, LiveFeed& feed) {
-  frame.observed.duration = std::min(frame.observed.duration, kLongestStep);
+void LiveSession::capture(const TrackedFrame& frame, CaptureSession& session, LiveFeed& feed) {
   CaptureResult result = session.processFrame(frame.observed);
   const std::chrono::duration<double> running = Clock::now() - firstTime_;
   const double latency =
       running.count() - (frame.picture.timestamp - firstTimestamp_) / options_.speed;
   ++figures_.captured;
   figures_.lost += result.status == TrackingStatus::kLost ? 1 : 0;
+  figures_.unstable += result.stable ? 0 : 1;
   figures_.latencies.push_back(latency);
   if (options_.sink)
     options_.sink(frame, result);

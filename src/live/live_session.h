@@ -17,6 +17,7 @@ struct LiveFigures {
   int captured = 0;                    ///< frames
   int dropped = 0;                     ///< frames of the camera that nobody had time for
   int lost = 0;                        ///< captured ones in which the body was lost
+  int unstable = 0;                    ///< and in which the cloth blew up and was put on anew
   std::vector<double> latencies = {};  ///< from a frame's own time until it can be shown [s], each
 };
 
@@ -24,7 +25,7 @@ struct LiveFigures {
 using LiveFrameSink = std::function<void(const TrackedFrame&, const CaptureResult&)>;
 
 struct LiveOptions {
-  CaptureOptions capture;
+  CaptureOptions capture = CaptureOptions::live();
   int threads = 1;          ///< ≥ 1
   double speed = 1.0;       ///< of the frames' time against the wall's (PacedSource)
   LiveFrameSink sink = {};  ///< called in the capturing thread; none: nobody writes
@@ -46,7 +47,7 @@ class LiveSession {
   using Clock = std::chrono::steady_clock;
 
   void begin(const TrackedFrame& frame, LiveFeed& feed);
-  void capture(TrackedFrame& frame, CaptureSession& session, LiveFeed& feed);
+  void capture(const TrackedFrame& frame, CaptureSession& session, LiveFeed& feed);
 
   TrackedRecording& frames_;
   CapturePerson person_;

@@ -231,6 +231,54 @@ TEST(Skinning, ClothBoundInAPoseComesBackToRest) {
   EXPECT_LT((unposedVertices(garment, body) - body.mesh.vertices).cwiseAbs().maxCoeff(), 1e-12);
 }
 
+/// The largest distance that some points keep from others.
+double largestMiss(
+    const std::vector<Eigen::Affine3d>& ways,
+    const Eigen::Matrix3Xd& from,
+    const Eigen::Matrix3Xd& to) {
+  double miss = 0.0;
+  for (Eigen::Index v = 0; v < from.cols(); ++v) {
+    const Eigen::Vector3d arrived = ways[static_cast<std::size_t>(v)] * from.col(v);
+    miss = std::max(miss, (arrived - to.col(v)).norm());
+  }
+  return miss;
+}
+
+TEST(Skinning, CarriedClothArrivesAsItFollowsTheBody) {
+  const BodyModel model = randomBody(5);
+  const AvatarBody body = makeAvatarBody(model, {});
+  const Garment garment = boundGarment(body, 0.4);
+  const BodyPose from = poseOf(model, randomParameters(model, 0.4, 31));
+  const BodyPose to = poseOf(model, randomParameters(model, 0.4, 32));
+  EXPECT_LT(
+      largestMiss(
+          carryingTransforms(garment, body, from, to),
+          posedVertices(garment, body, from),
+          posedVertices(garment, body, to)),
+      1e-12);
+}
+
+TEST(Skinning, CarriedClothTurnsWithABodyThatTurnsAsAWhole) {
+  const BodyModel model = randomBody(5);
+  const AvatarBody body = makeAvatarBody(model, {});
+  const Garment garment = boundGarment(body, 0.4);
+  const BodyPose from = poseOf(model, randomParameters(model, 0.4, 31));
+  const Eigen::AngleAxisd turn(2.0, Eigen::Vector3d(1.0, 2.0, -1.0).normalized());
+  const Eigen::Isometry3d root = worldFromJoints(body, from).front();
+  const Eigen::AngleAxisd turned(turn * root.linear());
+  BodyPose to = from;
+  to.jointRotations.head<3>() = turned.angle() * turned.axis();
+  // About the pelvis, where the root turns.
+  test::Noise noise(3);
+  Eigen::Matrix3Xd beside = posedVertices(garment, body, from);
+  for (auto point : beside.colwise())
+    point += 0.1 * noise.nextPoint();
+  const Eigen::Vector3d pelvis = root.translation();
+  const Eigen::Matrix3Xd expected =
+      (turn.toRotationMatrix() * (beside.colwise() - pelvis)).colwise() + pelvis;
+  EXPECT_LT(largestMiss(carryingTransforms(garment, body, from, to), beside, expected), 1e-11);
+}
+
 TEST(Skinning, ClothWhoseBlendCollapsedStaysNear) {
   // Half a turn about z and none, half each: x and y of all vertices collapse to one point.
   AvatarBody body = makeAvatarBody(randomBody(5), {});

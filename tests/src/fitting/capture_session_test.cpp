@@ -270,6 +270,79 @@ TEST_F(CapturedTube, LostBodyIsNotFitted) {
   EXPECT_TRUE(result.garments.front().vertices == result.garments.front().unfitted);
 }
 
+/// Turned about the vertical and elsewhere.
+avatar::BodyPose elsewhere(double angle) {
+  avatar::BodyPose pose;
+  pose.jointRotations[1] = angle;
+  pose.translation = Eigen::Vector3d(0.5, 0.0, -1.0);
+  return pose;
+}
+
+/// A garment of who stands elsewhere as if it stood at the beginning, turning about the pelvis.
+Eigen::Matrix3Xd broughtBack(
+    const Eigen::Matrix3Xd& garment, const avatar::BodyPose& pose, const Eigen::Vector3d& pelvis) {
+  const Eigen::AngleAxisd back(-pose.jointRotations[1], Eigen::Vector3d::UnitY());
+  const Eigen::Vector3d turnedAbout = pelvis + pose.translation;
+  return (back.toRotationMatrix() * (garment.colwise() - turnedAbout)).colwise() + pelvis;
+}
+
+double largestDistance(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+  return (a - b).colwise().norm().maxCoeff();
+}
+
+/// The cloth of a standing person that is then found again somewhere.
+Eigen::Matrix3Xd afterJump(
+    CaptureSession& session, ObservedFrame frame, const avatar::BodyPose& pose) {
+  session.processFrame(frame);
+  frame.body.status = TrackingStatus::kRecovered;
+  frame.body.pose = pose;
+  return session.processFrame(frame).garments.front().vertices;
+}
+
+TEST_F(CapturedTube, ABodyThatJumpsTakesItsClothesAlong) {
+  options_.method = CaptureMethod::kSimulateOnly;
+  CaptureSession jumping({model_, avatar_}, frontCamera(), options_, 1);
+  CaptureSession staying({model_, avatar_}, frontCamera(), options_, 1);
+  const avatar::BodyPose pose = elsewhere(2.0);
+  const Eigen::Matrix3Xd there = broughtBack(
+      afterJump(jumping, still(), pose), pose, avatar_.body.joints.col(avatar::kPelvis));
+  // Positions in float, contacts that are decided otherwise for it.
+  EXPECT_LT(largestDistance(there, afterJump(staying, still(), {})), 1e-3);
+}
+
+TEST_F(CapturedTube, ALongGapIsCarriedAndOnlyItsEndSimulated) {
+  options_.method = CaptureMethod::kSimulateOnly;
+  options_.longestSimulated = 1.0 / 30.0;
+  CaptureSession session({model_, avatar_}, frontCamera(), options_, 1);
+  ObservedFrame frame = still();
+  const Eigen::Matrix3Xd before = session.processFrame(frame).garments.front().vertices;
+  frame.duration = 1.0;
+  frame.body.pose = elsewhere(2.0);
+  const Eigen::Matrix3Xd after = session.processFrame(frame).garments.front().vertices;
+  // So far the body moves while the cloth, at rest before, is simulated: 1.12 m and 2 rad at 0.25 m
+  // in a second; and 5 mm that it falls and sags meanwhile.
+  const double most = (1.12 + 2.0 * 0.25) / 30.0 + 0.005;
+  EXPECT_LT(
+      largestDistance(
+          broughtBack(after, frame.body.pose, avatar_.body.joints.col(avatar::kPelvis)), before),
+      most);
+}
+
+TEST_F(CapturedTube, ClothThatBlewUpIsPutOnAnew) {
+  options_.method = CaptureMethod::kSimulateOnly;
+  options_.mostRedos = 0;
+  CaptureSession session({model_, avatar_}, frontCamera(), options_, 1);
+  session.processFrame(still());
+  CaptureState state = session.state();
+  state.garments.front().positions *= 1e19;  // what blew up: squares overflow in float
+  session.restore(state);
+  const CaptureResult blown = session.processFrame(still());
+  ASSERT_FALSE(blown.stable) << "otherwise nothing was tested";
+  const Eigen::Matrix3Xd& worn = avatar_.garments.front().mesh.vertices;
+  EXPECT_LT(largestDistance(blown.garments.front().vertices, worn), 1e-6);  // float
+  EXPECT_TRUE(session.processFrame(still()).stable);
+}
+
 TEST_F(CapturedTube, GoesOnFromAStateAsIfNeverInterrupted) {
   for (const CaptureMethod method :
        {CaptureMethod::kSimulcap, CaptureMethod::kNonrigidIcp, CaptureMethod::kSingleSurface}) {
@@ -284,9 +357,11 @@ TEST_F(CapturedTube, GoesOnFromAStateAsIfNeverInterrupted) {
     second.restore(state);
     CaptureResult last;
     CaptureResult resumed;
+    ObservedFrame next = still();
+    next.duration = 2.0 * options.longestSimulated;
     for (int frame = 0; frame < 2; ++frame) {
-      last = first.processFrame(still());
-      resumed = second.processFrame(still());
+      last = first.processFrame(next);
+      resumed = second.processFrame(next);
     }
     EXPECT_TRUE(resumed.garments.front().vertices == last.garments.front().vertices);
     EXPECT_EQ(resumed.garments.front().provenance, last.garments.front().provenance);
