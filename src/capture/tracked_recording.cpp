@@ -1,6 +1,5 @@
 #include "src/capture/tracked_recording.h"
 
-#include "avatar/io/file_error.h"
 #include "src/input/recording.h"
 
 #include <algorithm>
@@ -28,27 +27,8 @@ TrackedRecording::TrackedRecording(
     TrackedPerson person,
     const FrameRange& range)
     : person_(std::move(person)),
-      range_(range),
-      source_(std::move(source)),
-      preparation_(source_->info().camera) {
-  if (range.first < 0 || (range.count && *range.count < 1))
-    throw std::invalid_argument("TrackedRecording: a range has frames and begins at 0 or later");
-  if (source_->info().numFrames && range.first >= *source_->info().numFrames)
-    throw avatar::FileError(
-        name,
-        "",
-        "has " + std::to_string(*source_->info().numFrames) + " frames, none from number " +
-            std::to_string(range.first) + " on");
-}
-
-int TrackedRecording::numFrames() const {
-  const int left = source_->info().numFrames.value_or(0) - range_.first;
-  return std::max(0, std::min(left, range_.count.value_or(left)));
-}
-
-bool TrackedRecording::inRange() const {
-  return !range_.count || numRead_ < range_.first + *range_.count;
-}
+      source_(std::make_unique<RangedSource>(std::move(source), name, range)),
+      preparation_(source_->info().camera) {}
 
 const avatar::Camera& TrackedRecording::camera() const {
   if (!camera_)
@@ -77,14 +57,12 @@ TrackingState TrackedRecording::state() const {
 std::optional<TrackedFrame> TrackedRecording::next(TrackedFrame recycled) {
   TrackedFrame frame;
   DepthCloud cloud = std::move(recycled.observed.cloud);
-  while (inRange()) {
+  for (;;) {
     const auto start = std::chrono::steady_clock::now();
     std::optional<RgbdFrame> picture = source_->next();
     if (!picture)
-      break;
-    if (numRead_++ < range_.first)
-      continue;
-    frame.ordinal = numRead_ - 1 - range_.first;
+      return std::nullopt;
+    frame.ordinal = numRead_++;
     frame.picture = std::move(*picture);
     frame.observed.cloud = preparation_(frame.picture, std::move(cloud));
     frame.inputMs = millisecondsSince(start);
@@ -93,7 +71,6 @@ std::optional<TrackedFrame> TrackedRecording::next(TrackedFrame recycled) {
     ++framesLeftOut_;
     cloud = std::move(frame.observed.cloud);
   }
-  return std::nullopt;
 }
 
 /// False: there is nobody yet.

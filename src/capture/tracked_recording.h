@@ -6,6 +6,7 @@
 #include "src/input/capture_frame.h"
 #include "src/input/depth_preparation.h"
 #include "src/input/frame_source.h"
+#include "src/input/ranged_source.h"
 #include "src/tracking/body_tracker.h"
 
 #include <Eigen/Geometry>
@@ -16,12 +17,6 @@
 #include <vector>
 
 namespace simulcap {
-
-/// Which frames of a recording are looked at, in the order in which they come.
-struct FrameRange {
-  int first = 0;             ///< of the usable frames, from 0
-  std::optional<int> count;  ///< ≥ 1; absent: all that follow
-};
 
 /// Poses that are known beforehand.
 struct KnownPoses {
@@ -42,7 +37,7 @@ struct TrackedFrame {
   int ordinal = 0;  ///< among the range's usable frames, from 0
   RgbdFrame picture;
   ObservedFrame observed;
-  double inputMs = 0.0;    ///< wall time of reading and preparation
+  double inputMs = 0.0;  ///< wall time of reading and preparation
   double trackingMs = 0.0;
 };
 
@@ -87,8 +82,8 @@ class TrackedRecording {
   /// frame.
   const Eigen::VectorXd& betas() const;
 
-  /// Usable frames in the range, at most.
-  int numFrames() const;
+  /// Usable frames in the range, at most; 0 when nobody knows.
+  int numFrames() const { return source_->info().numFrames.value_or(0); }
 
   /// Of the recording's own tracker. Throws std::logic_error before the first frame.
   const TrackerOptions& trackerOptions() const;
@@ -98,14 +93,12 @@ class TrackedRecording {
   std::vector<std::string> warnings() const { return source_->warnings(); }
 
  private:
-  bool inRange() const;
   void begin();
   bool wasCaptured(const RgbdFrame& picture) const;
   bool findBody(TrackedFrame& frame);
   TrackedBody knownBody(const RgbdFrame& picture) const;
 
   TrackedPerson person_;
-  FrameRange range_;
   std::unique_ptr<FrameSource> source_;
   DepthPreparation preparation_;
   std::optional<avatar::Camera> camera_;  // once the person was found

@@ -11,6 +11,7 @@
 #include "src/evaluation/stage_timing.h"
 #include "src/input/kept_frames.h"
 #include "src/input/paced_source.h"
+#include "src/input/ranged_source.h"
 #include "src/input/recording.h"
 #include "src/live/live_session.h"
 #include "src/live/live_turn.h"
@@ -57,9 +58,13 @@ struct LiveVerbOptions {
 };
 
 std::unique_ptr<FrameSource> openSource(const LiveVerbOptions& options, const LiveModule& module) {
+  const auto inRange = [&](std::unique_ptr<FrameSource> source) {
+    return std::make_unique<RangedSource>(
+        std::move(source), options.source(), options.person.range);
+  };
   if (options.isPlayed())
-    return std::make_unique<PacedSource>(openRecording(options.recording), options.speed);
-  return module.openCamera(options.camera == "openni2" ? "" : options.source());
+    return std::make_unique<PacedSource>(inRange(openRecording(options.recording)), options.speed);
+  return inRange(module.openCamera(options.camera == "openni2" ? "" : options.source()));
 }
 
 /// The window, and how often something new came into it.
@@ -251,7 +256,7 @@ void captureLive(
       std::move(source),
       options.source(),
       trackedPerson(options.person, person, context.threads),
-      options.person.range);
+      {});
   std::optional<LiveOutput> output;
   LiveOptions live{.threads = context.threads, .speed = options.isPlayed() ? options.speed : 1.0};
   if (!options.output.empty()) {
