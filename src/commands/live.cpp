@@ -335,8 +335,9 @@ void live(const LiveVerbOptions& options, const CommandContext& context) {
 void addLive(CLI::App& program, ChosenCommand& chosen) {
   CLI::App* verb = program.add_subcommand(
       "live",
-      "Capture as it happens, in a window: of a camera, or a recording at its own speed. Without "
-      "an avatar, the person turns round first and is digitized");
+      "Capture as it happens, in a window: of a camera, or a recording at its own speed, leaving "
+      "out frames that there is no time for. Without an avatar, the person turns round first and "
+      "is digitized");
   const auto options = std::make_shared<LiveVerbOptions>();
   verb->add_option("SEQ", options->recording, "Folder of a recording, or an .oni file");
   verb->add_option(
