@@ -116,7 +116,8 @@ void ClothContact::beginFrame(std::span<const ClothState> states, const FrameTim
     untangling_ = findTangles(
         elements_,
         motion_.start,
-        {options_.self, options_.between, static_cast<float>(options_.untangleDepth)});
+        {options_.self, options_.between, static_cast<float>(options_.untangleDepth)},
+        team_);
     counters_.tangles += std::count(untangling_.tangled.begin(), untangling_.tangled.end(), true);
     trusted_ = untangling_.tangled.empty();
   }

@@ -1,5 +1,7 @@
 #include "bullet_ext/core/crossing_check.h"
 
+#include "bullet_ext/core/element_index.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -217,6 +219,26 @@ void addCrossings(
   }
 }
 
+/// Whether a triangle reaches into the box of another surface.
+bool isNearOthers(const Triangle& triangle, const std::vector<Eigen::AlignedBox3d>& boxes) {
+  const Eigen::AlignedBox3d own(triangle.low, triangle.high);
+  for (std::size_t other = 0; other < boxes.size(); ++other) {
+    if (other != at(triangle.surface) && boxes[other].intersects(own)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void keepNearOthers(std::vector<Triangle>& triangles, std::size_t numSurfaces) {
+  std::vector<Eigen::AlignedBox3d> boxes(numSurfaces);
+  for (const Triangle& triangle : triangles) {
+    boxes[at(triangle.surface)].extend(Eigen::AlignedBox3d(triangle.low, triangle.high));
+  }
+  std::erase_if(
+      triangles, [&](const Triangle& triangle) { return !isNearOthers(triangle, boxes); });
+}
+
 /// Index of the longest side of the box around all triangles.
 int longestAxis(const std::vector<Triangle>& triangles) {
   Vector3d low = Vector3d::Constant(1e300);
@@ -272,6 +294,9 @@ std::vector<Crossing> findCrossings(
   std::vector<Triangle> triangles;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     addTriangles(triangles, surfaces[s], static_cast<int>(s));
+  }
+  if (!options.within) {
+    keepNearOthers(triangles, surfaces.size());
   }
   const int axis = longestAxis(triangles);
   std::stable_sort(triangles.begin(), triangles.end(), [&](const Triangle& a, const Triangle& b) {

@@ -96,8 +96,9 @@ class NearestTriangle {
       const std::array<int, 4> vertices = {vertex, v[0], v[1], v[2]};
       const ClosestPoints<float> closest =
           closestPoints(PairKind::kVertexTriangle, cornersAt(x_, vertices));
-      if (!(closest.distance < bound))
+      if (!(closest.distance < bound)) {
         return bound;
+      }
       nearest.vertices = vertices;
       nearest.closest = closest;
       return closest.distance;
@@ -146,8 +147,13 @@ float sideOf(const MisplacedVertex& nearest, const VertexFrames& frames) {
 
 class MisplacedSearch {
  public:
-  MisplacedSearch(const ContactElements& elements, const Eigen::Matrix4Xf& positions, float depth)
-      : elements_(elements),
+  MisplacedSearch(
+      const ContactElements& elements,
+      const Eigen::Matrix4Xf& positions,
+      float depth,
+      ThreadTeam& team)
+      : team_(team),
+        elements_(elements),
         positions_(positions),
         frames_(vertexFrames(elements, positions)),
         depth_(depth) {}
@@ -163,18 +169,38 @@ class MisplacedSearch {
 
  private:
   void addTo(LayerUntangling& result, std::size_t garment, const NearestTriangle& triangles) const {
-    const float side =
-        elements_.layers[garment] > elements_.layers[triangles.garment()] ? 1.0F : -1.0F;
-    for (int v = elements_.firstVertices[garment]; v < elements_.firstVertices[garment + 1]; ++v) {
-      MisplacedVertex nearest = triangles.find(v, depth_);
-      if (nearest.closest.distance <= depth_ && sideOf(nearest, frames_) == -side) {
-        nearest.side = side;
-        result.tangled[at(v)] = true;
-        result.misplaced.push_back(nearest);
+    const int first = elements_.firstVertices[garment];
+    const auto count = static_cast<std::size_t>(elements_.firstVertices[garment + 1] - first);
+    std::vector<std::vector<MisplacedVertex>> shares(at(team_.size()));
+    team_.runShares(count, [&](std::size_t begin, std::size_t end, int thread) {
+      shares[at(thread)] =
+          misplacedOf(first + static_cast<int>(begin), first + static_cast<int>(end), triangles);
+    });
+    for (const std::vector<MisplacedVertex>& share : shares) {
+      for (const MisplacedVertex& misplaced : share) {
+        result.tangled[at(misplaced.vertices[0])] = true;
+        result.misplaced.push_back(misplaced);
       }
     }
   }
 
+  /// Of the vertices begin … end − 1 of one garment.
+  std::vector<MisplacedVertex> misplacedOf(
+      int begin, int end, const NearestTriangle& triangles) const {
+    std::vector<MisplacedVertex> misplaced;
+    for (int v = begin; v < end; ++v) {
+      const int layer = elements_.layers[at(elements_.garments[at(v)])];
+      const float side = layer > elements_.layers[triangles.garment()] ? 1.0F : -1.0F;
+      MisplacedVertex nearest = triangles.find(v, depth_);
+      if (nearest.closest.distance <= depth_ && sideOf(nearest, frames_) == -side) {
+        nearest.side = side;
+        misplaced.push_back(nearest);
+      }
+    }
+    return misplaced;
+  }
+
+  ThreadTeam& team_;
   const ContactElements& elements_;
   const Eigen::Matrix4Xf& positions_;
   VertexFrames frames_;
@@ -186,11 +212,12 @@ class MisplacedSearch {
 LayerUntangling findTangles(
     const ContactElements& elements,
     const Eigen::Matrix4Xf& positions,
-    const UntanglingOptions& options) {
+    const UntanglingOptions& options,
+    ThreadTeam& team) {
   LayerUntangling result;
   result.tangled.resize(at(elements.numVertices()), false);
   markCrossings(result, elements, positions, options);
-  const MisplacedSearch search(elements, positions, options.depth);
+  const MisplacedSearch search(elements, positions, options.depth, team);
   for (std::size_t g = 0; options.between && g < elements.layers.size(); ++g) {
     search.addTo(result, g);
   }

@@ -2,6 +2,7 @@
 
 #include "bullet_ext/core/contact_elements.h"
 #include "bullet_ext/core/continuous_collision.h"
+#include "bullet_ext/core/thread_team.h"
 
 #include <Eigen/Core>
 
@@ -36,6 +37,7 @@ struct UntanglingOptions {
 LayerUntangling findTangles(
     const ContactElements& elements,
     const Eigen::Matrix4Xf& positions,
-    const UntanglingOptions& options);
+    const UntanglingOptions& options,
+    ThreadTeam& team);
 
 }  // namespace bullet_ext
