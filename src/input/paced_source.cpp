@@ -25,6 +25,7 @@ std::optional<RgbdFrame> PacedSource::next() {
   if (!start_) {
     start_ = Clock::now();
     start_ = *start_ - (dueTime(*frame) - *start_);
+    return frame;
   }
   while (dueTime(*frame) <= Clock::now()) {
     ahead_ = recording_->next();
