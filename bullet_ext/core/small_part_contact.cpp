@@ -13,6 +13,10 @@ namespace {
 
 constexpr float kFar = 0.25F;       ///< clearances beyond are not told apart [m]
 constexpr float kRounding = 1e-5F;  ///< of sums of up to a hundred motions [m]
+/// A list reaches for so many substeps at the present speed, but not farther than so [m]. A wider
+/// one is made again less often but has more triangles to be tested in every substep.
+constexpr float kMarginSubsteps = 12.0F;
+constexpr float kWidestMargin = 0.04F;
 
 Eigen::Matrix3f cornersOf(const ClothMesh& mesh, const Eigen::Matrix4Xf& vectors, int face) {
   Eigen::Matrix3f corners;
@@ -127,7 +131,8 @@ SmallPartCounts SmallPartContact::resolve(ClothState& state, int substep) {
   const float motion = largestMotion(before_, state.positions);
   bool usedUp = false;
   for (Near& near : near_) {
-    near.slack -= motion + near.speed * static_cast<float>(substepDuration_);
+    near.step = motion + near.speed * static_cast<float>(substepDuration_);
+    near.slack -= near.step;
     usedUp = usedUp || !(near.slack >= 0.0F);
   }
   if (usedUp) {
@@ -145,8 +150,8 @@ SmallPartCounts SmallPartContact::resolve(ClothState& state, int substep) {
 
 /// Of all body vertices whose lists are used up by half, so that they come together.
 void SmallPartContact::renewLists(const ClothState& state, float time, SmallPartCounts& counts) {
-  const auto margin = static_cast<float>(std::max(0.01, 2.0 * options_.thickness));
-  const float reach = static_cast<float>(options_.thickness) + margin;
+  const auto thickness = static_cast<float>(options_.thickness);
+  const float least = std::max(0.01F, 2.0F * thickness);
   boxes_.resize(at(mesh_.faces.cols()));
   for (int f = 0; f < mesh_.faces.cols(); ++f) {
     const auto corner = [&](int k) {
@@ -162,15 +167,17 @@ void SmallPartContact::renewLists(const ClothState& state, float time, SmallPart
     tree_.emplace(boxes_);
   }
   for (Near& near : near_) {
+    const float margin = std::max(least, std::min(kMarginSubsteps * near.step, kWidestMargin));
     if (near.slack > 0.5F * margin) {
       continue;
     }
+    const float reach = thickness + margin;
     Eigen::Array4f x = Eigen::Array4f::Zero();
     x.head<3>() = surface_.start().col(near.vertex) + time * surface_.velocities().col(near.vertex);
     near.faces.clear();
     tree_->collect({}, {x - reach, x + reach}, near.faces);
     const float known = near.faces.empty() ? tree_->clearance({}, {x, x}, kFar) : reach;
-    near.slack = known - static_cast<float>(options_.thickness) - kRounding;
+    near.slack = known - thickness - kRounding;
     ++counts.listRebuilds;
   }
 }

@@ -60,6 +60,7 @@ class SmallPartContact {
     int face = -1;                    ///< one of the surface that has the vertex,
     int corner = 0;                   ///< as this corner
     float speed = 0.0F;               ///< in this frame [m/s]
+    float step = 0.0F;                ///< bound of the motion in this substep [m]
     float slack = -1.0F;              ///< relative motion that is still allowed for [m]
     std::vector<std::int32_t> faces;  ///< of the cloth
   };
