@@ -3,6 +3,7 @@
 #include "avatar/avatar_pose.h"
 #include "avatar/motion.h"
 #include "bullet_ext/core/stability.h"
+#include "src/program/parallel_for.h"
 #include "src/simulation/cloth_setup.h"
 #include "src/simulation/stable_hinges.h"
 
@@ -96,6 +97,7 @@ CaptureSession::CaptureSession(
     : person_(person),
       camera_(camera),
       options_(options),
+      threads_(threads),
       skinning_(person.model),
       shaped_(skinning_.shape(person.avatar.body.betas)),
       viewer_(camera, options.view) {
@@ -318,17 +320,24 @@ std::vector<GarmentView> CaptureSession::view(const Eigen::Matrix3Xd& body) {
   return viewer_(avatar::MeshView(body, person_.model.faces), garments);
 }
 
+/// Garments at the same time.
+void CaptureSession::forEachLayer(const std::function<void(std::size_t)>& task) const {
+  parallelFor(static_cast<long>(layers_.size()), threads_, [&](long i) {
+    task(static_cast<std::size_t>(i));
+  });
+}
+
 std::vector<GarmentTargets> CaptureSession::findTargets(
     const std::vector<GarmentView>& views, const DepthCloud& cloud) const {
-  std::vector<GarmentTargets> targets;
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
+  std::vector<GarmentTargets> targets(layers_.size());
+  forEachLayer([&](std::size_t i) {
     const avatar::MeshView mesh(layers_[i].vertices, layers_[i].garment.mesh.faces);
-    targets.push_back(depthTargets(
+    targets[i] = depthTargets(
         {.mesh = mesh, .view = views[i], .label = layers_[i].label},
         camera_,
         cloud,
-        options_.targets));
-  }
+        options_.targets);
+  });
   return targets;
 }
 
@@ -378,16 +387,16 @@ std::vector<GarmentTargets> CaptureSession::fitDirectly(
 
 std::vector<GarmentTargets> CaptureSession::fitPhysically(
     const ObservedFrame& frame, const std::vector<GarmentView>& views) {
-  for (std::size_t i = 0; i < layers_.size(); ++i)
-    layers_[i].reference = skinned(static_cast<int>(i), frame.body.pose);
+  forEachLayer(
+      [&](std::size_t i) { layers_[i].reference = skinned(static_cast<int>(i), frame.body.pose); });
   std::vector<GarmentTargets> targets = findTargets(views, frame.cloud);
   for (int round = 0; round < options_.fitRounds; ++round) {
-    for (std::size_t i = 0; i < layers_.size(); ++i)
-      layers_[i].steady.steady(targets[i], layers_[i].reference, camera_);
-    if (options_.pullAlongNormals) {
-      for (std::size_t i = 0; i < layers_.size(); ++i)
-        targets[i] = alongNormals(targets[i], {layers_[i].vertices, layers_[i].garment.mesh.faces});
-    }
+    forEachLayer([&](std::size_t i) {
+      Layer& layer = layers_[i];
+      layer.steady.steady(targets[i], layer.reference, camera_);
+      if (options_.pullAlongNormals)
+        targets[i] = alongNormals(targets[i], {layer.vertices, layer.garment.mesh.faces});
+    });
     pull(targets, options_.roundsGoOn && round > 0);
     targets = findTargets(views, frame.cloud);
   }

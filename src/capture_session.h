@@ -17,7 +17,9 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -126,6 +128,7 @@ class CaptureSession {
       const ObservedFrame& frame, const std::vector<GarmentView>& views);
   std::vector<GarmentTargets> fitDirectly(
       const ObservedFrame& frame, const std::vector<GarmentView>& views);
+  void forEachLayer(const std::function<void(std::size_t)>& task) const;
   std::vector<GarmentTargets> findTargets(
       const std::vector<GarmentView>& views, const DepthCloud& cloud) const;
   void pull(const std::vector<GarmentTargets>& targets, bool goesOn);
@@ -134,6 +137,7 @@ class CaptureSession {
   CapturePerson person_;
   avatar::Camera camera_;
   CaptureOptions options_;
+  int threads_;
   avatar::Skinning skinning_;
   avatar::ShapedBody shaped_;
   bullet_ext::CaptureSetup setup_;
