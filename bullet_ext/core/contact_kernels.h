@@ -94,6 +94,14 @@ struct ContactKernels {
   /// then the four highest coordinates, a block eight such rows of eight.
   void (*boxesMeeting)(
       const float* boxes, std::int32_t blocks, const float* box, std::uint32_t* masks);
+
+  /// The shortest vectors that lead from a triangle to a vertex, or from one edge to another, and
+  /// their lengths [m], of `blocks` times eight pairs: four rows of eight vertices for each block,
+  /// the vertex first, and as many rows of results.
+  void (*vertexTriangleOffsets)(
+      const float* positions, const std::int32_t* vertices, std::int32_t blocks, float* offsets);
+  void (*edgeEdgeOffsets)(
+      const float* positions, const std::int32_t* vertices, std::int32_t blocks, float* offsets);
 };
 
 inline constexpr int kBoxRows = 8;  ///< of ContactKernels::boxesMeeting

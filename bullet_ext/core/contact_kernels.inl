@@ -316,8 +316,132 @@ void boxesMeeting(const float* boxes, std::int32_t blocks, const float* box, std
   }
 }
 
+/// A vector and its length squared.
+struct Offset8 {
+  Vector8 vector;
+  Lanes squared;
+
+  explicit Offset8(const Vector8& v) : vector(v), squared(dot(v, v)) {}
+
+  /// Takes the other where it is shorter.
+  void offer(const Offset8& other) { take(other.squared < squared, other); }
+
+  /// A choice inside of both elements wins against those on their borders that are nearer by no
+  /// more than rounding.
+  void offerInside(LaneMask inside, const Offset8& other) {
+    const Lanes beyondRounding = lanes(1.0F + 64.0F * 1.1920929e-7F) * squared;
+    take(inside & (other.squared < beyondRounding), other);
+  }
+
+ private:
+  void take(LaneMask mask, const Offset8& other) {
+    vector = select(mask, other.vector, vector);
+    squared = select(mask, other.squared, squared);
+  }
+};
+
+/// Between a point and a segment, both given from the segment's start.
+inline Offset8 fromSegment(const Vector8& edge, const Vector8& point) {
+  return Offset8(point - alongEdge(edge, point) * edge);
+}
+
+/// Every choice names a point of each element, so that one spoilt by rounding is at worst not the
+/// nearest.
+inline Offset8 vertexFromTriangle(const Vector8& x, const Triangle8& triangle) {
+  const Lanes zero = lanes(0.0F);
+  const Vector8 ab = triangle.b - triangle.a;
+  const Vector8 ac = triangle.c - triangle.a;
+  const Vector8 ax = x - triangle.a;
+  Offset8 nearest = fromSegment(ab, ax);
+  nearest.offer(fromSegment(ac, ax));
+  nearest.offer(fromSegment(triangle.c - triangle.b, x - triangle.b));
+  const Vector8 normal = cross(ab, ac);
+  const Lanes area = dot(normal, normal);
+  const Lanes inverse = lanes(1.0F) / larger(area, lanes(1e-30F));
+  const Lanes atB = dot(cross(ax, ac), normal) * inverse;
+  const Lanes atC = dot(cross(ab, ax), normal) * inverse;
+  const LaneMask inside = (zero < atB) & (zero < atC) & (atB + atC < lanes(1.0F));
+  nearest.offerInside(inside, Offset8(ax - atB * ab - atC * ac));
+  return nearest;
+}
+
+inline Offset8 edgeFromEdge(
+    const Vector8& p0, const Vector8& p1, const Vector8& q0, const Vector8& q1) {
+  const Lanes zero = lanes(0.0F);
+  const Lanes one = lanes(1.0F);
+  const Vector8 e = p1 - p0;
+  const Vector8 f = q1 - q0;
+  const Vector8 g = p0 - q0;
+  Offset8 nearest = fromSegment(f, g);
+  nearest.offer(fromSegment(f, p1 - q0));
+  const auto reversed = [](const Offset8& offset) { return Offset8(lanes(-1.0F) * offset.vector); };
+  nearest.offer(reversed(fromSegment(e, q0 - p0)));
+  nearest.offer(reversed(fromSegment(e, q1 - p0)));
+  // p0 + s e and q0 + t f differ by a multiple of e × f.
+  const Vector8 across = cross(e, f);
+  const Lanes inverse = one / larger(dot(across, across), lanes(1e-30F));
+  const Lanes s = dot(cross(f, g), across) * inverse;
+  const Lanes t = dot(cross(e, g), across) * inverse;
+  const LaneMask inside = (zero < s) & (s < one) & (zero < t) & (t < one);
+  nearest.offerInside(inside, Offset8(g + s * e - t * f));
+  return nearest;
+}
+
+/// Those of eight vertices, which are four floats each.
+inline Vector8 loadChosen(const float* vectors, const std::int32_t* chosen) {
+  const float* rows[kContactLanes];
+  for (int i = 0; i < kContactLanes; ++i) {
+    rows[i] = vectors + 4 * std::ptrdiff_t{chosen[i]};
+  }
+  Vector8 result = {lanes(0.0F), lanes(0.0F), lanes(0.0F)};
+  loadRows(rows, result.x, result.y, result.z);
+  return result;
+}
+
+/// offsetOf(corners) of every block's pairs.
+template <typename Function>
+void forEachBlockOfPairs(
+    const float* positions,
+    const std::int32_t* vertices,
+    std::int32_t blocks,
+    float* offsets,
+    const Function& offsetOf) {
+  for (std::int32_t block = 0; block < blocks; ++block) {
+    const std::int32_t* rows = vertices + 4 * kContactLanes * block;
+    const auto corner = [&](int k) { return loadChosen(positions, rows + kContactLanes * k); };
+    const Vector8 corners[4] = {corner(0), corner(1), corner(2), corner(3)};
+    const Offset8 offset = offsetOf(corners);
+    float* to = offsets + 4 * kContactLanes * block;
+    storeLanes(to, offset.vector.x);
+    storeLanes(to + kContactLanes, offset.vector.y);
+    storeLanes(to + 2 * kContactLanes, offset.vector.z);
+    storeLanes(to + 3 * kContactLanes, squareRoot(offset.squared));
+  }
+}
+
+void vertexTriangleOffsets(
+    const float* positions, const std::int32_t* vertices, std::int32_t blocks, float* offsets) {
+  forEachBlockOfPairs(positions, vertices, blocks, offsets, [](const Vector8* x) {
+    return vertexFromTriangle(x[0], {x[1], x[2], x[3]});
+  });
+}
+
+void edgeEdgeOffsets(
+    const float* positions, const std::int32_t* vertices, std::int32_t blocks, float* offsets) {
+  forEachBlockOfPairs(positions, vertices, blocks, offsets, [](const Vector8* x) {
+    return edgeFromEdge(x[0], x[1], x[2], x[3]);
+  });
+}
+
 constexpr ContactKernels kKernels = {
-    classify, respond, vertexDistances, triangleDistances, triangleDeviations, boxesMeeting};
+    classify,
+    respond,
+    vertexDistances,
+    triangleDistances,
+    triangleDeviations,
+    boxesMeeting,
+    vertexTriangleOffsets,
+    edgeEdgeOffsets};
 
 }  // namespace
 }  // namespace bullet_ext

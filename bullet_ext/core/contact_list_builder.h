@@ -1,21 +1,19 @@
 #pragma once
 
+#include "bullet_ext/core/boxed_elements.h"
 #include "bullet_ext/core/contact_elements.h"
 #include "bullet_ext/core/contact_kernels.h"
 #include "bullet_ext/core/continuous_collision.h"
+#include "bullet_ext/core/motion_box.h"
 
 #include <Eigen/Core>
 
-#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace bullet_ext {
-
-using Positions = Eigen::Matrix4Xf;  ///< 4 × N [m], row 3 is 0
-
-/// Covers the rounding of sums of motions: hundreds of additions with 6e-8 each.
-inline constexpr float kRoundUp = 1.0001F;
 
 /// A pair of elements that was near when its list was made.
 struct ListedPair {
@@ -27,58 +25,61 @@ struct ListedPair {
   Eigen::Vector3f axis = Eigen::Vector3f::Zero();
 };
 
-/// Of positions whose fourth coordinate is that along some unit axis, so that boxes are slabs along
-/// four directions: layers that lie on each other askew overlap in x, y and z, but not along their
-/// normal.
-struct MotionBox {
-  Eigen::Array4f low, high;
-
-  bool overlaps(const MotionBox& other) const {
-    return (low <= other.high).all() && (other.low <= high).all();
-  }
-
-  MotionBox widened(float by) const { return {low - by, high + by}; }
-
-  void add(const Eigen::Vector4f& point) {
-    low = low.min(point.array());
-    high = high.max(point.array());
-  }
-};
-
-/// Around some columns.
-template <typename Columns>
-MotionBox boxOf(const Positions& x, const Columns& columns) {
-  MotionBox box = {x.col(columns[0]), x.col(columns[0])};
-  for (const int column : columns) {
-    box.add(x.col(column));
-  }
-  return box;
-}
-
-/// Lower bound of the distance between what is in two boxes.
-inline float distanceBetween(const MotionBox& a, const MotionBox& b) {
-  const Eigen::Vector4f gaps = (a.low - b.high).max(b.low - a.high).max(0.0F).matrix();
-  return std::max(gaps.head<3>().norm(), gaps[3]) / kRoundUp;
-}
-
 /// Pairs and by how much they are farther apart than their thickness [m], negative if nearer.
 struct FoundPairs {
   std::vector<ListedPair> pairs;
   std::vector<float> clearances;
 };
 
-/// What findPairs() has to find, of which elements.
-struct PairSearch {
-  const ContactElements& elements;
-  const ContactKernels& kernels;
-  float thickness = 0.0F;  ///< to be kept between the two patches' garments [m]
-  float reach = 0.0F;      ///< how far beyond the thickness to look [m]
-};
+/// Finds the pairs of lists. One object per thread, which keeps its memory.
+class PairFinder {
+ public:
+  struct Range {
+    float thickness = 0.0F;  ///< to be kept between the two patches' garments [m]
+    float reach = 0.0F;      ///< how far beyond the thickness to look [m]
+  };
 
-/// All pairs of elements of two patches, or within one, that are nearer than thickness + reach.
-/// Elements that share a vertex never count. Row 3 of the positions of the patches' corners may be
-/// a coordinate along some unit axis, which makes the search quicker.
-FoundPairs findPairs(
-    const PairSearch& search, const Positions& x, const ContactPatch& a, const ContactPatch& b);
+  PairFinder(const ContactElements& elements, const ContactKernels& kernels)
+      : elements_(elements), kernels_(kernels) {}
+
+  /// All pairs of elements of two patches, or within one, that are nearer than thickness + reach.
+  /// Elements that share a vertex never count. Row 3 of the positions of the patches' corners may
+  /// be a coordinate along some unit axis, which makes the search quicker. Valid until the next
+  /// call.
+  const FoundPairs& find(
+      const Range& range, const Positions& x, const ContactPatch& a, const ContactPatch& b);
+
+ private:
+  /// A patch and the box around it and what is in range of it.
+  struct Side {
+    const ContactPatch& patch;
+    MotionBox near;
+  };
+
+  template <typename Elements>
+  void putNear(
+      const Elements& elements,
+      const std::vector<int>& chosen,
+      const MotionBox& near,
+      BoxedElements& to) const;
+  void matchVertices(const Side& a, const Side& b);
+  void matchEdges(const Side& a, const Side& b);
+  void offerVertex(int vertex, const MotionBox& point);
+  void offerEdge(int edge, const MotionBox& box, BoxedElements& others, std::size_t first);
+  void offer(PairKind kind, const std::array<int, 4>& vertices);
+  void keepNear(PairKind kind);
+
+  const ContactElements& elements_;
+  const ContactKernels& kernels_;
+  const Positions* x_ = nullptr;
+  float thickness_ = 0.0F, range_ = 0.0F;
+  bool sameGarment_ = false;
+  BoxedElements faces_, edges_, others_;
+  /// Pairs that may be near, all of one kind, as ContactKernels::edgeEdgeOffsets takes them.
+  std::vector<std::int32_t> candidates_;
+  std::size_t numCandidates_ = 0;
+  std::vector<float> offsets_, restOffsets_;
+  FoundPairs found_;
+};
 
 }  // namespace bullet_ext

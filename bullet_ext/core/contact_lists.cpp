@@ -1,6 +1,5 @@
 #include "bullet_ext/core/contact_lists.h"
 
-#include "bullet_ext/core/contact_list_builder.h"
 #include "bullet_ext/core/element_index.h"
 #include "bullet_ext/core/wide_kernels.h"
 
@@ -24,14 +23,18 @@ constexpr float kSearchReach = 0.02F;
 constexpr float kListSubsteps = 16.0F;
 constexpr float kShortestReach = 0.5F;
 constexpr float kLongestReach = 2.0F;
+/// But for so many times what is needed now at least.
+constexpr float kLeastSteps = 2.0F;
 /// Part of the thickness that corrections may add to a step before pairs are collected again.
 constexpr float kHeadroom = 0.02F;
 
-/// Mean unit normal of a patch, row 3 is 0; 0 when it has none.
+/// About the mean unit normal of a patch, from a part of its faces; row 3 is 0; 0 when it has none.
 Eigen::Vector4f normalOf(
     const Positions& x, const ContactElements& elements, const ContactPatch& patch) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (const int f : patch.faces) {
+  constexpr std::size_t kStride = 3;
+  for (std::size_t i = 0; i < patch.faces.size(); i += kStride) {
+    const int f = patch.faces[i];
     const Eigen::Vector3f a = x.col(elements.faces(0, f)).head<3>();
     const Eigen::Vector3f b = x.col(elements.faces(1, f)).head<3>();
     const Eigen::Vector3f c = x.col(elements.faces(2, f)).head<3>();
@@ -45,23 +48,25 @@ Eigen::Vector4f normalOf(
 /// All wanted pairs of boxes that overlap, and each with itself, ascending: sweep along x.
 template <typename Wanted>
 std::vector<std::pair<int, int>> overlappingPairs(
-    const std::vector<MotionBox>& boxes, const Wanted& wanted) {
+    const std::vector<MotionBox>& boxes, const ContactKernels& kernels, const Wanted& wanted) {
   std::vector<int> order(boxes.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return boxes[at(a)].low[0] < boxes[at(b)].low[0];
-  });
+  const auto lowOf = [&](int i) { return boxes[at(i)].low[0]; };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return lowOf(a) < lowOf(b); });
+  BoxedElements sorted;
+  for (const int i : order) {
+    sorted.add(i, boxes[at(i)]);
+  }
   std::vector<std::pair<int, int>> pairs;
   for (auto a = order.begin(); a != order.end(); ++a) {
     const MotionBox& box = boxes[at(*a)];
-    const auto beyond = [&](int b) { return boxes[at(b)].low[0] > box.high[0]; };
-    const auto overlapping = [&](int b) { return wanted(*a, b) && box.overlaps(boxes[at(b)]); };
-    const auto end = std::find_if(a, order.end(), beyond);
-    for (auto b = std::find_if(a, end, overlapping); b != end;
-         b = std::find_if(b + 1, end, overlapping)) {
-      pairs.emplace_back(std::minmax(*a, *b));
-    }
+    const auto end = std::upper_bound(
+        a, order.end(), box.high[0], [&](float high, int b) { return high < lowOf(b); });
+    const auto add = [&](int b) { pairs.emplace_back(std::minmax(*a, b)); };
+    sorted.visitMeeting(box, at(a - order.begin()), at(end - order.begin()), kernels, add);
   }
+  const auto unwanted = [&](const auto& pair) { return !wanted(pair.first, pair.second); };
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), unwanted), pairs.end());
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -101,7 +106,11 @@ ContactLists::ContactLists(
       kernels_(wideKernelsSupported() ? wideContactKernels() : portableContactKernels()),
       options_(options),
       motions_(elements.patches.size()),
-      slanted_(at(team.size()), Positions::Zero(4, elements.numVertices())) {
+      builders_(
+          at(team.size()),
+          {PairFinder(elements, kernels_), Positions::Zero(4, elements.numVertices())}),
+      strayed_(elements.patches.size(), 0.0F),
+      straying_(elements.patches.size(), 0.0F) {
   largestThickness_ = elements.thickness.size() > 0 ? elements.thickness.maxCoeff() : 0.0F;
 }
 
@@ -136,10 +145,18 @@ void ContactLists::boundMotions() {
   for (const PatchMotion& motion : motions_) {
     mean.middle += motion.middle / static_cast<float>(motions_.size());
   }
-  searchStep_ = 0.0F;
-  for (const PatchMotion& motion : motions_) {
-    searchStep_ = std::max(searchStep_, 2.0F * relativeMotion(motion, mean));
+  for (std::size_t p = 0; p < motions_.size(); ++p) {
+    straying_[p] = relativeMotion(motions_[p], mean);
   }
+}
+
+/// Whether patches that were far apart at the last search are so still at the end of the substep.
+bool ContactLists::searchHolds() const {
+  float farthest = 0.0F;
+  for (std::size_t p = 0; p < strayed_.size(); ++p) {
+    farthest = std::max(farthest, strayed_[p] + straying_[p]);
+  }
+  return 2.0F * farthest <= searchReach_;
 }
 
 bool ContactLists::wanted(int patch1, int patch2) const {
@@ -149,8 +166,9 @@ bool ContactLists::wanted(int patch1, int patch2) const {
 
 /// Lists that stay keep what they know.
 void ContactLists::search(const Positions& start) {
-  searchReach_ = std::max(kSearchReach, 2.0F * searchStep_);
-  searchConsumed_ = 0.0F;
+  searchReach_ =
+      std::max(kSearchReach, 4.0F * *std::max_element(straying_.begin(), straying_.end()));
+  std::fill(strayed_.begin(), strayed_.end(), 0.0F);
   normals_.clear();
   std::vector<MotionBox> boxes;
   for (const ContactPatch& patch : elements_.patches) {
@@ -160,7 +178,7 @@ void ContactLists::search(const Positions& start) {
   std::vector<List> lists;
   auto old = lists_.begin();
   const auto chosen = [this](int a, int b) { return wanted(a, b); };
-  for (const std::pair<int, int>& patches : overlappingPairs(boxes, chosen)) {
+  for (const std::pair<int, int>& patches : overlappingPairs(boxes, kernels_, chosen)) {
     const auto patchesOf = [](const List& list) { return std::pair(list.patch1, list.patch2); };
     old = std::find_if(
         old, lists_.end(), [&](const List& list) { return patchesOf(list) >= patches; });
@@ -178,29 +196,40 @@ float ContactLists::thicknessOf(const List& list) const {
       elements_.patches[at(list.patch1)].garment, elements_.patches[at(list.patch2)].garment);
 }
 
-void ContactLists::build(List& list, const Positions& start, Positions& slanted) const {
+/// Lower bound of the distance between the list's patches, which are slanted along the normal of
+/// one of them [m].
+float ContactLists::apart(
+    const List& list, int axisOf, const Positions& start, Positions& slanted) const {
   const ContactPatch& patch1 = elements_.patches[at(list.patch1)];
   const ContactPatch& patch2 = elements_.patches[at(list.patch2)];
+  slant(start, patch1, normals_[at(axisOf)], slanted);
+  slant(start, patch2, normals_[at(axisOf)], slanted);
+  return distanceBetween(boxOf(slanted, patch1.corners), boxOf(slanted, patch2.corners));
+}
+
+/// While the patches are apart, nobody needs to know their pairs.
+void ContactLists::build(List& list, const Positions& start, Builder& builder) const {
   const float thickness = thicknessOf(list);
   list.consumed = 0.0F;
-  list.reach = std::max(
-      std::clamp(kListSubsteps * list.step, kShortestReach * thickness, kLongestReach * thickness),
-      2.0F * list.examined);
   list.pairs.clear();
   list.wakeUp.clear();
   list.firstWakeUp = kNever;
-  slant(start, patch1, normals_[at(list.patch1)], slanted);
-  slant(start, patch2, normals_[at(list.patch1)], slanted);
-  const float apart =
-      distanceBetween(boxOf(slanted, patch1.corners), boxOf(slanted, patch2.corners));
-  if (apart >= thickness + list.reach) {
-    list.reach = apart - thickness;
-    return;
+  for (const int axisOf : {list.patch2, list.patch1}) {
+    list.reach = apart(list, axisOf, start, builder.slanted) - thickness;
+    if (list.reach >= kLeastSteps * list.examined) {
+      return;
+    }
   }
-  FoundPairs found =
-      findPairs({elements_, kernels_, thickness, list.reach}, slanted, patch1, patch2);
-  list.pairs = std::move(found.pairs);
-  list.wakeUp = std::move(found.clearances);
+  list.reach = std::max(
+      std::clamp(kListSubsteps * list.step, kShortestReach * thickness, kLongestReach * thickness),
+      kLeastSteps * list.examined);
+  const FoundPairs& found = builder.finder.find(
+      {thickness, list.reach},
+      builder.slanted,
+      elements_.patches[at(list.patch1)],
+      elements_.patches[at(list.patch2)]);
+  list.pairs.assign(found.pairs.begin(), found.pairs.end());
+  list.wakeUp.assign(found.clearances.begin(), found.clearances.end());
   list.firstWakeUp =
       list.wakeUp.empty() ? kNever : *std::min_element(list.wakeUp.begin(), list.wakeUp.end());
 }
@@ -224,7 +253,7 @@ void ContactLists::wake(int index, std::vector<PairName>& awake) {
 
 bool ContactLists::collect(
     const Positions& start, std::vector<PairName>& awake, ContactCounters& counters) {
-  if (searchConsumed_ + searchStep_ > searchReach_) {
+  if (!searchHolds()) {
     if (!awake.empty()) {
       return false;
     }
@@ -269,7 +298,7 @@ void ContactLists::buildUsedUp(const Positions& start, ContactCounters& counters
   }
   const auto share = [&](int thread) {
     for (std::size_t k = at(thread); k < usedUp_.size(); k += at(team_.size())) {
-      build(lists_[at(usedUp_[k])], start, slanted_[at(thread)]);
+      build(lists_[at(usedUp_[k])], start, builders_[at(thread)]);
     }
   };
   team_.run(share);
@@ -292,7 +321,9 @@ void ContactLists::sleep(const std::vector<PairName>& awake) {
 }
 
 void ContactLists::advance() {
-  searchConsumed_ = kRoundUp * (searchConsumed_ + searchStep_);
+  for (std::size_t p = 0; p < strayed_.size(); ++p) {
+    strayed_[p] = kRoundUp * (strayed_[p] + straying_[p]);
+  }
   for (List& list : lists_) {
     list.consumed += list.step;
     list.examined = 0.0F;

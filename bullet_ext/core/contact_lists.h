@@ -108,10 +108,19 @@ class ContactLists {
   };
 
   void boundMotions();
+  bool searchHolds() const;
   void search(const Positions& start);
   bool wanted(int patch1, int patch2) const;
   float thicknessOf(const List& list) const;
-  void build(List& list, const Positions& start, Positions& slanted) const;
+
+  /// What one thread needs to make lists.
+  struct Builder {
+    PairFinder finder;
+    Positions slanted;  ///< with a fourth coordinate; valid for the list that is being made
+  };
+
+  float apart(const List& list, int axisOf, const Positions& start, Positions& slanted) const;
+  void build(List& list, const Positions& start, Builder& builder) const;
   bool examine();
   void buildUsedUp(const Positions& start, ContactCounters& counters);
   void wake(int list, std::vector<PairName>& awake);
@@ -124,10 +133,12 @@ class ContactLists {
   std::vector<PatchMotion> motions_;      ///< of the patches in the running substep
   std::vector<Eigen::Vector4f> normals_;  ///< of the patches at the last search
   std::vector<int> examined_, usedUp_;    ///< lists, as found by examine()
-  /// Per thread, with a fourth coordinate; valid for the list that is being made.
-  std::vector<Positions> slanted_;
-  float searchReach_ = -1.0F, searchConsumed_ = 0.0F, searchStep_ = 0.0F;  ///< as in List
-  std::vector<List> lists_;  ///< ascending in (patch1, patch2)
+  std::vector<Builder> builders_;         ///< one per thread
+  /// How far patches have strayed from the mean of all since the last search, and do in the running
+  /// substep [m].
+  std::vector<float> strayed_, straying_;
+  float searchReach_ = -1.0F;  ///< how far any two may together [m]
+  std::vector<List> lists_;    ///< ascending in (patch1, patch2)
 };
 
 }  // namespace bullet_ext
