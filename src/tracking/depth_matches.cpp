@@ -1,5 +1,6 @@
 #include "src/tracking/depth_matches.h"
 
+#include "src/input/depth_noise.h"
 #include "src/tracking/sample_bins.h"
 #include "src/tracking/seen_samples.h"
 
@@ -74,13 +75,19 @@ class Matcher {
       return;
     }
     const double behind = off + options_.clothOffset;
-    if (behind > 0.0) {
-      const double push = std::min(behind, kMaxPush);
+    // Depth is known to its noise alone. Where clothes are known, they say how far beneath it the
+    // skin is, and what pushes it must not be the noise; else, too little push lets the shape
+    // that is estimated along fill the clothes.
+    const double noise = surface_.knowsClothes()
+                             ? static_cast<double>(depthNoise(static_cast<float>(pixel.point.z())))
+                             : 0.0;
+    if (behind > noise) {
+      const double push = std::min(behind - noise, kMaxPush);
       const bool maybeBare = pixel.label == kBackground && !surface_.knowsClothes();
       const double interShare = maybeBare ? kUnlabelledInterShare : kInterShare;
       // A clamped residual pulls as one of its own size would: eq. (2) without its outliers.
       add(index, normal, push, share * (1.0 - both) * interShare * options_.interWeight * robust);
-    } else {
+    } else if (behind < 0.0) {
       add(index, normal, behind, data * (1.0 - both) * options_.slackWeight);
     }
   }

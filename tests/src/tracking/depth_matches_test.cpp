@@ -1,14 +1,33 @@
 #include "src/tracking/depth_matches.h"
 
 #include "avatar/default_body/embedded_body.h"
+#include "avatar/geometry/measures.h"
+#include "src/input/depth_noise.h"
 #include "src/tracking/surface_visibility.h"
 #include "tests/src/tracking/rendered_body.h"
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace simulcap {
 namespace {
+
+/// How far all matches together move a body as a whole towards the camera [m].
+double stepTowards(
+    const avatar::Camera& camera, const std::vector<SurfaceConstraint>& constraints) {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  for (const SurfaceConstraint& constraint : constraints) {
+    const Eigen::Vector3d direction = constraint.direction;
+    matrix += constraint.weight * direction * direction.transpose();
+    gradient += constraint.weight * constraint.residual * direction;
+  }
+  const Eigen::Vector3d towardsCamera = camera.cameraFromWorld.linear().row(2).transpose() * -1.0;
+  return towardsCamera.dot(-matrix.inverse() * gradient);
+}
 
 TEST(DepthMatches, LeaveABodyThatIsRightWhereItIs) {
   const avatar::BodyModel& model = avatar::defaultBody();
@@ -19,18 +38,49 @@ TEST(DepthMatches, LeaveABodyThatIsRightWhereItIs) {
   const DepthView view(cloud, camera, 1000);
   const auto constraints = depthMatches(
       surface, surface.pose(truth, false), visibleSamples(surface, truth, camera), view, {});
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  for (const SurfaceConstraint& constraint : constraints) {
-    const Eigen::Vector3d direction = constraint.direction;
-    matrix += constraint.weight * direction * direction.transpose();
-    gradient += constraint.weight * constraint.residual * direction;
-  }
-  const Eigen::Vector3d towardsCamera = camera.cameraFromWorld.linear().row(2).transpose() * -1.0;
-  const double step = towardsCamera.dot(-matrix.inverse() * gradient);
+  const double step = stepTowards(camera, constraints);
   // 300 samples are 8 cm apart. Beside a pixel by some 3 cm, they are behind its tangent plane by
   // 3 mm on a trunk and more on limbs; what is left is where curvature changes.
   EXPECT_LT(std::abs(step), 0.001) << step;
+}
+
+TEST(DepthMatches, LeaveABodyInKnownClothesWhereItIsThoughDepthIsNoisy) {
+  const avatar::BodyModel& model = avatar::defaultBody();
+  const MatchOptions options{.interWeight = 10.0};
+  avatar::BodyModel dressed = model;
+  dressed.templateVertices +=
+      options.clothOffset * avatar::vertexNormals({model.templateVertices, model.faces});
+  const OuterLayer clothes{
+      dressed.templateVertices,
+      dressed.faces,
+      dressed.skinningWeights,
+      Eigen::VectorXd::Zero(model.numVertices())};
+  const avatar::Camera camera = test::smallCamera();
+  const TrackedSurface surface(model, 1500, &clothes);
+  const BodyParameters truth{avatar::BodyPose(), Eigen::VectorXd::Zero(surface.numBetas())};
+  DepthCloud cloud = test::renderedCloud(dressed, truth.betas, truth.pose, camera);
+  cloud.labels.clear();
+  std::mt19937 random(1);
+  double noise = 0.0;
+  for (Eigen::Index i = 0; i < cloud.points.cols(); ++i) {
+    if (cloud.person[static_cast<std::size_t>(i)] == 0)
+      continue;
+    const float z = cloud.points(2, i);
+    noise = static_cast<double>(depthNoise(z));
+    cloud.points.col(i) *= 1.0F + std::normal_distribution<float>(0.0F, depthNoise(z))(random) / z;
+  }
+  const DepthView view(cloud, camera, 4000);
+  const double step = stepTowards(
+      camera,
+      depthMatches(
+          surface,
+          surface.pose(truth, false),
+          visibleSamples(surface, truth, camera),
+          view,
+          options));
+  // Of Gaussian noise, what is before the skin by more than σ pushes 0.083 σ on average, with
+  // thrice the weight of cloth; all that is before it would push 0.40 σ.
+  EXPECT_LT(std::abs(step), 0.25 * noise) << step << " " << noise;
 }
 
 }  // namespace
