@@ -1,5 +1,7 @@
 #include "avatar/digitization/fusion.h"
 
+#include "avatar/motion.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -95,8 +97,19 @@ bool isOfLeg(int joint) {
   return std::find(kLegs.begin(), kLegs.end(), joint) != kLegs.end();
 }
 
-/// A share of what the legs carry goes over to the pelvis.
-JointWeights hungFromHips(JointWeights weights, double share) {
+/// The maps of the joints, and behind them that of what hangs from the hips: plumb, however the
+/// pelvis tilts.
+std::vector<Eigen::Affine3d> withPlumb(
+    std::vector<Eigen::Affine3d> fromRest, const ShapedBody& shaped, const BodyPose& pose) {
+  const Eigen::Vector3d hips = shaped.joints.col(kPelvis);
+  fromRest.emplace_back(
+      Eigen::Translation3d(fromRest[kPelvis] * hips) *
+      Eigen::AngleAxisd(heading(pose), Eigen::Vector3d::UnitY()) * Eigen::Translation3d(-hips));
+  return fromRest;
+}
+
+/// A share of what the legs carry goes over to what hangs from the hips.
+JointWeights hungFromHips(JointWeights weights, double share, int plumb) {
   double moved = 0.0;
   for (std::size_t i = 0; i < weights.joints.size(); ++i) {
     if (!isOfLeg(weights.joints[i]))
@@ -104,7 +117,7 @@ JointWeights hungFromHips(JointWeights weights, double share) {
     moved += share * weights.weights[i];
     weights.weights[i] *= 1.0 - share;
   }
-  weights.joints.push_back(kPelvis);
+  weights.joints.push_back(plumb);
   weights.weights.push_back(moved);
   return weights;
 }
@@ -134,12 +147,15 @@ CanonicalFusion::CanonicalFusion(
       shaped_(skinning.shape(betas)),
       canonical_(skinning, shaped_, pose),
       live_(skinning, shaped_, pose),
+      canonicalFromRest_(withPlumb(canonical_.posedFromRest(), shaped_, pose)),
+      liveFromRest_(canonicalFromRest_),
       limbs_(limbsOfBody(skinning.model())),
       volume_((options.validate(), options.voxelSize)) {}
 
 void CanonicalFusion::allocate(const PosedDepthFrame& frame) {
   requireValid(frame);
   live_.setPose(shaped_, frame.pose);
+  liveFromRest_ = withPlumb(live_.posedFromRest(), shaped_, frame.pose);
   const float farthest = *std::max_element(frame.depth.begin(), frame.depth.end());
   if (farthest <= 0.0F)
     return;
@@ -173,7 +189,8 @@ JointWeights CanonicalFusion::carriers(const SkinningField::Anchor& anchor) cons
   if (!options_.legsCovered)
     return anchor.weights;
   const double distance = std::sqrt(anchor.skin.squaredDistance);
-  return hungFromHips(anchor.weights, std::clamp((distance - kSnug) / (kFree - kSnug), 0.0, 1.0));
+  const double share = std::clamp((distance - kSnug) / (kFree - kSnug), 0.0, 1.0);
+  return hungFromHips(anchor.weights, share, static_cast<int>(shaped_.joints.cols()));
 }
 
 std::optional<Eigen::Vector3d> CanonicalFusion::canonicalFromLive(
@@ -182,8 +199,8 @@ std::optional<Eigen::Vector3d> CanonicalFusion::canonicalFromLive(
   if (!anchor)
     return std::nullopt;
   const JointWeights weights = carriers(*anchor);
-  const Eigen::Vector3d rest = blendedTransform(weights, live_.posedFromRest()).inverse() * point;
-  return blendedTransform(weights, canonical_.posedFromRest()) * rest;
+  const Eigen::Vector3d rest = blendedTransform(weights, liveFromRest_).inverse() * point;
+  return blendedTransform(weights, canonicalFromRest_) * rest;
 }
 
 Eigen::Vector3d CanonicalFusion::canonicalPoint(int block, int corner) const {
@@ -204,7 +221,7 @@ CanonicalFusion::LatticePoint CanonicalFusion::latticePoint(int block, int corne
   result.followsBody = true;
   result.bodyDistance = static_cast<float>(std::sqrt(anchor->skin.squaredDistance));
   result.weights = carriers(*anchor);
-  result.rest = blendedTransform(result.weights, canonical_.posedFromRest()).inverse() * point;
+  result.rest = blendedTransform(result.weights, canonicalFromRest_).inverse() * point;
   return result;
 }
 
@@ -222,7 +239,8 @@ void CanonicalFusion::prepareLattice() {
 std::vector<CanonicalFusion::LivePoint> CanonicalFusion::livePoints(
     const PosedDepthFrame& frame) const {
   const SkinnedBody body = skinning_.pose(shaped_, frame.pose);
-  const std::vector<Eigen::Affine3d> toLive = posedFromRest(shaped_, body);
+  const std::vector<Eigen::Affine3d> toLive =
+      withPlumb(posedFromRest(shaped_, body), shaped_, frame.pose);
   const Eigen::Matrix3Xd inCamera = frame.camera.cameraFromWorld * body.vertices;
   const ArmContact contact(inCamera.cast<float>(), canonical_.body().vertices, limbs_);
   const auto margin = static_cast<float>(options_.contactMargin);

@@ -25,7 +25,7 @@ struct FusionOptions {
   double contactMargin = 0.02;
   double collisionDistance = 0.08;  ///< places of the canonical pose this far apart [m] that meet
                                     ///< in a frame collide, > 0
-  /// A skirt or a dress covers the legs together: off their skin it hangs from the hips.
+  /// A skirt or a dress covers the legs together: off their skin it hangs plumb from the hips.
   bool legsCovered = false;
   LoopRunner runLoop = runSerially;
 
@@ -99,6 +99,8 @@ class CanonicalFusion {
   ShapedBody shaped_;
   SkinningField canonical_;
   SkinningField live_;
+  // Of the joints and of what hangs from the hips.
+  std::vector<Eigen::Affine3d> canonicalFromRest_, liveFromRest_;
   std::vector<Limb> limbs_;
   CanonicalVolume volume_;
   std::vector<LatticePoint> lattice_;  // kLatticePoints per block

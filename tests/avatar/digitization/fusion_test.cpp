@@ -1,5 +1,6 @@
 #include "avatar/digitization/fusion.h"
 
+#include "avatar/axis_angle.h"
 #include "avatar/digitization/limbs.h"
 #include "avatar/digitization/outer_surface.h"
 #include "avatar/digitization/surface_gap.h"
@@ -12,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <functional>
 #include <numbers>
 
 namespace avatar {
@@ -125,11 +127,15 @@ TEST_F(FusionTest, ClosesTheSurface) {
   EXPECT_LT(distances[distances.size() / 2], 0.003);
 }
 
-/// Of a skirt that keeps its shape while the legs beneath it step, against that shape [m].
-TEST_F(FusionTest, ASkirtDoesntStepWithTheLegs) {
-  const Eigen::Vector3d waist = canonicalJoint(kPelvis);
-  const TriangleMesh skirt = test::openCone(waist, 0.5, 0.22, 0.4);
-  const auto medianError = [&](bool legsCovered) {
+using Move = std::function<void(BodyPose& pose, int view)>;
+
+class FusedSkirt : public FusionTest {
+ protected:
+  /// Median distance of what is fused from a skirt that keeps its shape, whatever moves beneath
+  /// [m].
+  double medianError(bool legsCovered, const Move& move) const {
+    const Eigen::Vector3d waist = canonicalJoint(kPelvis);
+    const TriangleMesh skirt = test::openCone(waist, 0.5, 0.22, 0.4);
     CanonicalFusion fusion(
         skinning_,
         betas_,
@@ -139,8 +145,7 @@ TEST_F(FusionTest, ASkirtDoesntStepWithTheLegs) {
     for (int view = 0; view < kViews; ++view) {
       const double angle = 2.0 * std::numbers::pi * view / kViews;
       BodyPose pose = test::turned(aPose(), angle);
-      pose.jointRotations[3 * kLeftHip] += 0.3 * std::sin(2.0 * view);
-      pose.jointRotations[3 * kRightHip] -= 0.3 * std::sin(2.0 * view);
+      move(pose, view);
       TriangleMesh worn = skirt;
       const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitY());
       const Eigen::Vector3d pelvis = skinning_.pose(shaped_, pose).joints.col(kPelvis);
@@ -156,9 +161,27 @@ TEST_F(FusionTest, ASkirtDoesntStepWithTheLegs) {
     const std::vector<double> distances =
         distancesTo(skirt, surfacePoints(fusion.volume(), 0.05).points);
     return distances[distances.size() / 2];
+  }
+};
+
+TEST_F(FusedSkirt, DoesntStepWithTheLegs) {
+  const Move step = [](BodyPose& pose, int view) {
+    pose.jointRotations[3 * kLeftHip] += 0.3 * std::sin(2.0 * view);
+    pose.jointRotations[3 * kRightHip] -= 0.3 * std::sin(2.0 * view);
   };
-  EXPECT_LT(medianError(true), 0.5 * kVoxel);
-  EXPECT_GT(medianError(false), kVoxel) << "steps of 0.3 rad move a thigh by a tenth of a metre";
+  EXPECT_LT(medianError(true, step), 0.5 * kVoxel);
+  EXPECT_GT(medianError(false, step), kVoxel)
+      << "steps of 0.3 rad move a thigh by a tenth of a metre";
+}
+
+TEST_F(FusedSkirt, HangsPlumbHoweverThePelvisTilts) {
+  const Move tilt = [](BodyPose& pose, int view) {
+    const Eigen::AngleAxisd pitch(0.1 * std::sin(2.0 * view), Eigen::Vector3d::UnitX());
+    pose.jointRotations.head<3>() = axisAngleFromQuaternion(
+        quaternionFromAxisAngle(pose.jointRotations.head<3>()) * Eigen::Quaterniond(pitch));
+  };
+  EXPECT_LT(medianError(true, tilt), 0.5 * kVoxel);
+  EXPECT_GT(medianError(false, tilt), kVoxel) << "0.1 rad move the hem by 5 cm";
 }
 
 TEST_F(FusionTest, ArmsTouchTheTrunkOnlyWhereTheyCameNearIt) {
