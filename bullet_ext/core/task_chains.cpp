@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -89,12 +90,12 @@ class AllChains {
   }
 
   /// Returns when all is done.
-  void help(std::size_t own, int spins) {
+  void help(std::size_t own, std::chrono::nanoseconds patience) {
     for (std::uint32_t seen = 0; !finished(); seen = stagesDone_.load(std::memory_order_acquire)) {
       while (performSome(own)) {
       }
       if (!finished())
-        awaitChange(stagesDone_, seen, spins);
+        awaitChange(stagesDone_, seen, patience);
     }
   }
 
@@ -150,7 +151,7 @@ void TaskChain::add(int pieces, std::function<void(int)> task) {
 
 void runChains(ThreadTeam& team, std::span<const TaskChain> chains) {
   AllChains all(chains);
-  team.run([&](int thread) { all.help(at(thread), team.spins()); });
+  team.run([&](int thread) { all.help(at(thread), team.patience()); });
   all.rethrow();
 }
 

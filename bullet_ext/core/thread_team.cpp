@@ -15,26 +15,34 @@ void relax() {
 #endif
 }
 
-/// How often to look before sleeping, some 20 µs; but who shares a core must not keep it from
-/// others.
-int spinsFor(int threads) {
+/// As long as one thread does alone what can't be shared out within a substep; to wake up would
+/// take half of that. But who shares a core must not keep it from others.
+std::chrono::nanoseconds patienceFor(int threads) {
   const unsigned cores = std::thread::hardware_concurrency();
-  return static_cast<unsigned>(threads) <= cores ? 1000 : 0;
+  return std::chrono::microseconds(static_cast<unsigned>(threads) <= cores ? 100 : 0);
 }
 
 }  // namespace
 
-void awaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old, int spins) {
-  for (int i = 0; i < spins; ++i) {
-    if (value.load(std::memory_order_acquire) != old) {
-      return;
-    }
-    relax();
+void awaitChange(
+    const std::atomic<std::uint32_t>& value, std::uint32_t old, std::chrono::nanoseconds patience) {
+  using Clock = std::chrono::steady_clock;
+  constexpr int kLooks = 32;  // between two at the clock, which costs as much as a few
+  if (patience.count() > 0) {
+    const Clock::time_point end = Clock::now() + patience;
+    do {
+      for (int i = 0; i < kLooks; ++i) {
+        if (value.load(std::memory_order_acquire) != old) {
+          return;
+        }
+        relax();
+      }
+    } while (Clock::now() < end);
   }
   value.wait(old, std::memory_order_acquire);
 }
 
-ThreadTeam::ThreadTeam(int size) : spins_(spinsFor(size)) {
+ThreadTeam::ThreadTeam(int size) : patience_(patienceFor(size)) {
   if (size < 1 || size > 64) {
     throw std::invalid_argument("ThreadTeam: 1 … 64 threads");
   }
@@ -68,7 +76,7 @@ void ThreadTeam::run(const std::function<void(int)>& task) {
   help(round, 0);
   for (std::uint32_t left = unfinished_.load(std::memory_order_acquire); left != 0;
        left = unfinished_.load(std::memory_order_acquire)) {
-    awaitChange(unfinished_, left, spins_);
+    awaitChange(unfinished_, left, patience_);
   }
   for (const std::exception_ptr& error : errors_) {
     if (error) {
@@ -108,7 +116,7 @@ void ThreadTeam::help(std::uint32_t round, std::size_t own) {
 void ThreadTeam::work(std::size_t own) {
   std::uint32_t seen = 0;
   for (;;) {
-    awaitChange(round_, seen, spins_);
+    awaitChange(round_, seen, patience_);
     seen = round_.load(std::memory_order_acquire);
     if (finish_.load(std::memory_order_relaxed)) {
       return;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -10,13 +11,14 @@
 
 namespace bullet_ext {
 
-/// Returns when the value is no longer `old`; sleeps after so many looks.
-void awaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old, int spins);
+/// Returns when the value is no longer `old`; sleeps when it has looked for so long.
+void awaitChange(
+    const std::atomic<std::uint32_t>& value, std::uint32_t old, std::chrono::nanoseconds patience);
 
 /// Threads that start and finish small pieces of work together, thousands of times per second.
-/// Those who wait spin for some microseconds and then sleep. Each has a piece of its own, whose
-/// data is in its cache, and then takes what is left: on a busy machine nobody waits for a thread
-/// that hasn't been given a core.
+/// Those who wait look for a tenth of a millisecond and then sleep. Each has a piece of its own,
+/// whose data is in its cache, and then takes what is left: on a busy machine nobody waits for a
+/// thread that hasn't been given a core.
 class ThreadTeam {
  public:
   /// The caller and size − 1 threads, 1 … 64. Throws std::invalid_argument for other sizes.
@@ -29,8 +31,8 @@ class ThreadTeam {
 
   int size() const { return static_cast<int>(errors_.size()); }
 
-  /// How often to look before sleeping.
-  int spins() const { return spins_; }
+  /// How long to look before sleeping.
+  std::chrono::nanoseconds patience() const { return patience_; }
 
   /// Calls task(0) … task(size − 1), shared out among the threads, and returns when all are done.
   /// Rethrows the exception of the lowest index that threw. Not reentrant.
@@ -53,7 +55,7 @@ class ThreadTeam {
   bool claim(std::uint32_t round, std::size_t index);
   void perform(std::size_t index);
 
-  int spins_;
+  std::chrono::nanoseconds patience_;
   std::vector<std::thread> threads_;
   std::vector<std::exception_ptr> errors_;
   const std::function<void(int)>* task_ = nullptr;
