@@ -11,19 +11,16 @@
 namespace simulcap {
 namespace {
 
-Eigen::VectorXd meanShape() {
-  return Eigen::VectorXd::Zero(avatar::defaultBody().numBetas());
-}
-
 /// How much a body in A-pose, turned by `yaw`, faces the camera as it is found in one frame: 1
 /// towards it, −1 away from it.
 double foundFacing(double yaw, const avatar::Camera& camera) {
+  const avatar::BodyModel& model = avatar::defaultBody();
+  const Eigen::VectorXd betas = Eigen::VectorXd::Zero(model.numBetas());
   avatar::BodyPose pose = avatar::aPose();
   pose.jointRotations[1] = yaw;
-  BodyTracker tracker(avatar::defaultBody(), camera, {.numSamples = 800, .numDepthSamples = 600});
-  tracker.setBetas(meanShape());
-  const TrackedBody found =
-      tracker.track(test::renderedCloud(avatar::defaultBody(), meanShape(), pose, camera), 0.0);
+  BodyTracker tracker(model, camera, {.numSamples = 800, .numDepthSamples = 600});
+  tracker.setBetas(betas);
+  const TrackedBody found = tracker.track(test::renderedCloud(model, betas, pose, camera), 0.0);
   EXPECT_EQ(found.status, TrackingStatus::kTracked);
   return avatar::quaternionFromAxisAngle(found.pose.jointRotations.head<3>())
       .toRotationMatrix()(2, 2);
