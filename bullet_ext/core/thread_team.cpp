@@ -22,24 +22,28 @@ std::chrono::nanoseconds patienceFor(int threads) {
   return std::chrono::microseconds(static_cast<unsigned>(threads) <= cores ? 100 : 0);
 }
 
+/// Whether the value, looked at for so long, is no longer `old`.
+bool changesWithin(
+    std::chrono::nanoseconds patience, const std::atomic<std::uint32_t>& value, std::uint32_t old) {
+  using Clock = std::chrono::steady_clock;
+  constexpr int kLooks = 32;  // between two at the clock, which costs as much as a few
+  const Clock::time_point end = Clock::now() + patience;
+  for (int looks = 1; value.load(std::memory_order_acquire) == old; ++looks) {
+    if (looks % kLooks == 0 && Clock::now() >= end) {
+      return false;
+    }
+    relax();
+  }
+  return true;
+}
+
 }  // namespace
 
 void awaitChange(
     const std::atomic<std::uint32_t>& value, std::uint32_t old, std::chrono::nanoseconds patience) {
-  using Clock = std::chrono::steady_clock;
-  constexpr int kLooks = 32;  // between two at the clock, which costs as much as a few
-  if (patience.count() > 0) {
-    const Clock::time_point end = Clock::now() + patience;
-    do {
-      for (int i = 0; i < kLooks; ++i) {
-        if (value.load(std::memory_order_acquire) != old) {
-          return;
-        }
-        relax();
-      }
-    } while (Clock::now() < end);
+  if (!changesWithin(patience, value, old)) {
+    value.wait(old, std::memory_order_acquire);
   }
-  value.wait(old, std::memory_order_acquire);
 }
 
 ThreadTeam::ThreadTeam(int size) : patience_(patienceFor(size)) {
