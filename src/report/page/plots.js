@@ -31,7 +31,6 @@ class Plot {
 
   resize() {
     this.plot?.setSize({ width: this.root.clientWidth, height: kHeight });
-    this.mark(this.frame);
   }
 
   draw(style) {
@@ -41,7 +40,7 @@ class Plot {
       grid: { stroke: color('--line'), width: 1 },
       ticks: { stroke: color('--line'), width: 1 },
       font: '11px system-ui, sans-serif',
-      size: 38,
+      size: (u, labels) => 14 + 7 * Math.max(3, ...(labels ?? []).map((label) => label.length)),
     };
     this.plot?.destroy();
     this.plot = new uPlot(
@@ -49,6 +48,7 @@ class Plot {
         width: Math.max(200, this.root.clientWidth),
         height: kHeight,
         legend: { show: false },
+        hooks: { draw: [() => this.mark(this.frame)] }, // only then it's known where frames are
         cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
         scales: { x: { time: false }, y: { range: (u, low, high) => [0, high > 0 ? 1.08 * high : 1] } },
         axes: [{ ...axis, size: 26 }, axis],
@@ -86,16 +86,13 @@ export class Plots {
   constructor(parent, { numbers, plots }, go) {
     const order = Object.keys(kTitles).filter((name) => name in plots);
     this.plots = order.map((name) => new Plot(parent, name, plots[name], numbers, go));
-    this.frame = 0;
   }
 
   draw(style) {
     for (const plot of this.plots) plot.draw(style);
-    this.mark(this.frame);
   }
 
   mark(frame) {
-    this.frame = frame;
     for (const plot of this.plots) plot.mark(frame);
   }
 }
