@@ -33,6 +33,10 @@ class Digitizer {
                                            long count, const std::function<void(long)>& body) {
       parallelFor(count, threads, body);
     };
+    if (options.betas) {
+      options_.turn.betas = options.betas;
+      options_.body.fitShape = false;
+    }
     options_.fusion.runLoop = runLoop;
     options_.parsing.runLoop = runLoop;
     if (!options.parsingModel.empty())

@@ -14,6 +14,7 @@
 #include "src/digitization/turn.h"
 #include "src/input/frame_source.h"
 
+#include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
@@ -27,6 +28,7 @@ namespace simulcap {
 
 struct DigitizeOptions {
   TurnOptions turn;
+  std::optional<Eigen::VectorXd> betas;  ///< the person's shape; absent: found
   avatar::FrameParsingOptions parsing;
   avatar::FusionOptions fusion;
   avatar::InnerBodyOptions body;

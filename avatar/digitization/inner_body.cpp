@@ -129,7 +129,9 @@ class InnerBodyFitter {
     // So that a shape without any match (no beta moves it) leaves the matrix regular.
     matrix.diagonal() += prior + Eigen::VectorXd::Constant(layout_.size(), 1e-9);
     const Eigen::VectorXd gradient = equations.gradient + prior.cwiseProduct(x_ - start_);
-    x_ -= matrix.ldlt().solve(gradient);
+    // The betas are the last.
+    const Eigen::Index free = options_.fitShape ? layout_.size() : layout_.betas();
+    x_.head(free) -= matrix.topLeftCorner(free, free).ldlt().solve(gradient.head(free));
   }
 
   InnerBody result() const {

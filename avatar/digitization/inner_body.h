@@ -17,6 +17,7 @@ struct InnerBodyOptions {
   double slackWeight = 0.1;    ///< of fabric further away, relative to skin, 0 … 1
   double betaPrior = 0.004;    ///< [m per unit beta] towards the start, ≥ 0
   double posePrior = 0.05;     ///< [m per rad] towards the start, ≥ 0
+  bool fitShape = true;        ///< off: the betas are known, and stay
 
   /// Throws std::invalid_argument when a value is out of its range.
   void validate() const;

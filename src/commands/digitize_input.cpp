@@ -1,5 +1,6 @@
 #include "src/commands/digitize_input.h"
 
+#include "src/commands/body_input.h"
 #include "src/program/console.h"
 #include "src/program/interruption.h"
 
@@ -8,6 +9,14 @@
 namespace simulcap {
 
 void addDigitizeOptions(CLI::App& verb, DigitizeInput& input) {
+  verb.add_option(
+          "--betas",
+          input.betas,
+          "The person's shape where it is known, from a scan or another capture: betas like "
+          "1,0,-2, "
+          "a preset of the default body (" +
+              presetNames() + "), or an .npz with betas (default: found)")
+      ->type_name("BETAS");
   verb.add_option(
           "--turn",
           input.turnFrames,
@@ -57,6 +66,8 @@ DigitizedPerson digitized(
     const CommandContext& context,
     const std::function<void(const std::string&)>& onStage) {
   DigitizeOptions options;
+  if (!input.betas.empty())
+    options.betas = parseShape(input.betas, model).betas;
   options.turn.frames = input.turnFrames;
   options.labelFolder = input.labels;
   options.parsingModel = input.parsing;

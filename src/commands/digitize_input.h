@@ -15,6 +15,7 @@ inline constexpr double kLeastTurn = 200.0;
 
 /// What digitize, capture and live ask about a turn.
 struct DigitizeInput {
+  std::string betas;              ///< the person's shape, as parseShape() reads it; empty: found
   std::optional<int> turnFrames;  ///< the first frames; absent: found
   std::string labels;             ///< folder of label pictures; empty: SEQ/labels
   std::string parsing;            ///< human-parsing network; empty: none
@@ -25,7 +26,7 @@ struct DigitizeInput {
   double leastDegrees = 0.0;  ///< seen of the person; with less, built-in garments are fitted
 };
 
-/// --turn, --labels, --parsing, --parsing-frames, --one-piece, --desag, --edge-length.
+/// --betas, --turn, --labels, --parsing, --parsing-frames, --one-piece, --desag, --edge-length.
 void addDigitizeOptions(CLI::App& verb, DigitizeInput& input);
 
 /// Shows how far it is, and what was weak. `onStage`: called when a stage begins; may throw.

@@ -48,7 +48,7 @@ class TurnTracking {
 
   /// Tracks until the turn is whole and learns the shape on the way.
   FirstPass learn() {
-    TrackedRecording frames = tracked({model_, {}, {}}, options_.frames);
+    TrackedRecording frames = tracked({model_, options_.betas, {}}, options_.frames);
     const std::optional<int> given =
         options_.frames ? options_.frames : frames.info().turnaroundFrames;
     const int limit = std::min(given.value_or(frames.numFrames()), frames.numFrames());
@@ -140,6 +140,7 @@ void TurnOptions::validate() const {
   };
   demand(!frames || *frames >= 1, "frames is expected at 1 or above");
   demand(mostFrames >= 2, "mostFrames is expected at 2 or above");
+  demand(!betas || betas->allFinite(), "betas are expected to be finite");
   demand(wholeTurn >= 1.0 && wholeTurn <= 360.0, "wholeTurn is expected in 1 ... 360 degrees");
 }
 

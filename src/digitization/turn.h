@@ -22,6 +22,7 @@ struct TurnOptions {
   std::optional<int> frames;  ///< the turn is the first frames, ≥ 1; absent: found
   int mostFrames = 100;       ///< that are kept of it, evenly spread, ≥ 2
   double wholeTurn = 330.0;   ///< a found turn ends when it has covered this [deg], 1 … 360
+  std::optional<Eigen::VectorXd> betas;  ///< the person's shape; absent: estimated over the turn
   /// Called after every frame with the number of those done and of all, which may still shrink.
   std::function<void(int done, int total)> progress = {};
 
@@ -32,7 +33,7 @@ struct TurnOptions {
 /// A person turning round before a camera, with its body tracked.
 struct Turn {
   avatar::Camera camera;                        ///< of whole pictures, in the capture's world
-  Eigen::VectorXd betas;                        ///< as estimated over the turn
+  Eigen::VectorXd betas;                        ///< as given, or as estimated over the turn
   std::vector<avatar::PosedDepthFrame> frames;  ///< cut to the person's box; lost ones left out
   std::vector<int> numbers;                     ///< of the frames within the recording
   int framesTaken = 0;                          ///< of the recording that the turn takes up

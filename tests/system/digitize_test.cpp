@@ -1,4 +1,5 @@
 #include "avatar/io/avatar_file.h"
+#include "avatar/io/npz.h"
 #include "tests/system/run_program.h"
 
 #include <gtest/gtest.h>
@@ -83,6 +84,23 @@ TEST_F(Digitize, MakesADressedAvatarThatCanBeCaptured) {
   EXPECT_TRUE(fileBytes(folder_ / "captured/avatar.glb") == fileBytes(folder_ / "out/person.glb"));
   EXPECT_EQ(metrics("captured/metrics.json").at("frames"), 2);
   EXPECT_GT(metrics("captured/metrics.json").at("digitization_s").at("total"), 0.0);
+}
+
+TEST_F(Digitize, TakesAKnownShapeAsItIs) {
+  synthesize();
+  const ProgramRun run = runProgram(
+      {"digitize",
+       folder_ / "seq",
+       "-o",
+       folder_ / "person.glb",
+       "--edge-length",
+       "0.04",
+       "--betas",
+       folder_ / "seq/gt/body.npz"});
+  ASSERT_EQ(run.exitCode, 0) << run.err;
+  const Eigen::VectorXd truth =
+      avatar::readNpz(folder_ / "seq/gt/body.npz", {"betas"}).at("betas").asMatrix().reshaped();
+  EXPECT_EQ(avatar::readAvatar(folder_ / "person.glb").body.betas, truth);
 }
 
 TEST_F(Digitize, NamesWhatIsWrong) {

@@ -66,6 +66,16 @@ TEST_F(InnerBodyTest, DoesNotSwellUnderLooseClothes) {
   EXPECT_GT(fitted.underCloth, 0.025);
 }
 
+TEST_F(InnerBodyTest, KeepsAShapeThatIsKnownAndFindsThePoseAlone) {
+  const double offset = InnerBodyOptions{}.clothOffset;
+  pose_.jointRotations[3 * kLeftShoulder + 2] += 0.05;
+  const InnerBody fitted = fitInnerBody(
+      skinning_, betas_, aPose(), dressedSurface(offset), {.posePrior = 0.0, .fitShape = false});
+  EXPECT_EQ(fitted.betas, betas_);
+  // Nothing is left to explain but what slides within the surface.
+  EXPECT_LT(vertexError(fitted.betas, fitted.pose), 0.003);
+}
+
 TEST_F(InnerBodyTest, StaysWhereNothingWasSeen) {
   FusedPoints nothing = dressedSurface(0.0);
   nothing.points.array() += 10.0;
