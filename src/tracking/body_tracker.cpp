@@ -20,7 +20,7 @@
 namespace simulcap {
 namespace {
 
-constexpr double kBetaPrior = 0.2;  // per unit² of beta, against the data term
+constexpr double kBetaPrior = 0.5;  // per unit² of beta, against the data term
 /// Of a frame's information that is new: noise, clothes and errors of matching repeat.
 constexpr double kNewInformation = 0.2;
 constexpr int kMinPersonPixels = 200;
@@ -61,11 +61,12 @@ TrackedBody unknownBody() {
   return body;
 }
 
-bool isFound(const MatchQuality& quality) {
-  constexpr double kMinExplained = 0.90;
+bool isFound(const MatchQuality& quality, bool clothesKnown) {
+  // Hems and skirts stand off farther than a match reaches while nobody knows them.
+  const double minExplained = clothesKnown ? 0.90 : 0.80;
   constexpr double kMinOverlap = 0.70;
   constexpr double kMaxResidual = 0.04;  // [m]
-  return quality.numMatches > 0 && quality.explained >= kMinExplained &&
+  return quality.numMatches > 0 && quality.explained >= minExplained &&
          quality.overlap >= kMinOverlap && quality.medianResidual <= kMaxResidual;
 }
 
@@ -80,11 +81,12 @@ class BodyTracker::Implementation {
         options_((options.validate(), avatar::requireValid(camera), options)),
         surface_(std::make_unique<TrackedSurface>(model, options.numSamples)),
         regularizer_(
-            avatar::PosePrior(options.posePrior ? *options.posePrior : avatar::builtInPrior())) {
+            avatar::PosePrior(options.posePrior ? *options.posePrior : avatar::builtInPrior())),
+        usualBareness_(usualBareness(*surface_)) {
     state_.betas = Eigen::VectorXd::Zero(surface_->numBetas());
     state_.betaInformation =
         kBetaPrior * Eigen::MatrixXd::Identity(surface_->numBetas(), surface_->numBetas());
-    state_.bareness = usualBareness(*surface_);
+    state_.bareness = usualBareness_;
     state_.poseInformation = Eigen::MatrixXd::Zero(TrackingLayout::kBetas, TrackingLayout::kBetas);
     state_.betasHeld = !options.estimateShape || surface_->numBetas() == 0;
   }
@@ -110,7 +112,7 @@ class BodyTracker::Implementation {
       solution.parameters.pose =
           settled(solution.parameters.pose, state_.pose, held, timestamp - state_.timestamp);
       quality = qualityOf(solution, view);
-      found = isFound(quality);
+      found = isFound(quality, surface_->knowsClothes());
     }
     if (visible && (!started || (!found && state_.framesLost > 0))) {
       const PoseSolution fresh = startedAnew(view, farthestTurn(timestamp));
@@ -119,7 +121,7 @@ class BodyTracker::Implementation {
       if (!started || freshQuality.meanCost < kClearlyBetter * quality.meanCost) {
         solution = fresh;
         quality = freshQuality;
-        found = !started || isFound(quality);
+        found = !started || isFound(quality, surface_->knowsClothes());
         state_.unseenSeconds = {};
         state_.poseInformation.setZero();
         addFrame(quality.jointUnseen, kNeverSeen, state_.unseenSeconds);
@@ -230,6 +232,7 @@ class BodyTracker::Implementation {
         surface_->pose(solution.parameters, false),
         solution.visible,
         view,
+        usualBareness_,
         std::move(state_.bareness));
     surface_->setBareness(state_.bareness);
   }
@@ -384,6 +387,7 @@ class BodyTracker::Implementation {
   TrackerOptions options_;
   std::unique_ptr<TrackedSurface> surface_;
   PoseRegularizer regularizer_;
+  Eigen::VectorXd usualBareness_;
   TrackerState state_;
 };
 

@@ -1,6 +1,7 @@
 #include "src/tracking/depth_matches.h"
 
 #include "src/input/depth_noise.h"
+#include "src/tracking/learned_bareness.h"
 #include "src/tracking/sample_bins.h"
 #include "src/tracking/seen_samples.h"
 
@@ -17,6 +18,7 @@ constexpr double kNearSkin = 0.02;   // about half the samples' spacing: beyond 
                                      // pulled sideways [m]
 constexpr double kNearCloth = 0.04;  // folds move it sideways
 constexpr double kSleeve = 0.06;     // cloth hangs up to this far from the skin [m]
+constexpr double kFarCloth = 0.2;    // how much cloth farther than that pulls, relative to skin
 constexpr double kMaxPush = 0.03;    // E_inter pulls as if no deeper than this [m]
 /// E_inter against E_data at λ = 1: noise puts half of the depth behind its surface, and ten times
 /// one side of it would push a body back that is right.
@@ -62,12 +64,21 @@ class Matcher {
     }
   }
 
+  /// How likely the depth shows the sample itself rather than cloth before it.
+  double barenessAt(const Sample& sample, std::uint8_t label, double off) const {
+    const double usual = twoSidedness(sample, label);
+    if (label != kBackground || surface_.knowsClothes() || usual == 0.0 || usual == 1.0)
+      return usual;
+    const double odds = usual / (1.0 - usual) * std::exp(std::min(0.0, bareEvidence(off)));
+    return odds / (1.0 + odds);
+  }
+
   /// A point of the surface against a plane through a depth pixel.
   void addPlane(
       int index, const DepthView::PixelSample& pixel, const Eigen::Vector3d& normal, double share) {
     const Sample& sample = surface_.samples()[static_cast<std::size_t>(index)];
     const double off = normal.dot(seen_.points.col(index) - pixel.point);  // > 0: in front of it
-    const double both = twoSidedness(sample, pixel.label);
+    const double both = barenessAt(sample, pixel.label, off);
     const double robust = gemanMcClureWeight(off, options_.robustScale);
     const double data = share * options_.dataWeight * robust;
     add(index, normal, off, data * both);
@@ -87,9 +98,9 @@ class Matcher {
       const double interShare = maybeBare ? kUnlabelledInterShare : kInterShare;
       // A clamped residual pulls as one of its own size would: eq. (2) without its outliers.
       add(index, normal, push, share * (1.0 - both) * interShare * options_.interWeight * robust);
-    } else if (behind < 0.0) {
-      add(index, normal, behind, data * (1.0 - both) * options_.slackWeight);
     }
+    const double slack = off + std::max(options_.clothGap, options_.clothOffset);
+    add(index, normal, slack, data * (1.0 - both) * options_.slackWeight);
   }
 
   void matchSample(int index) {
@@ -175,7 +186,8 @@ class Matcher {
       add(index,
           offset / distance,
           off,
-          0.5 * options_.dataWeight * gemanMcClureWeight(off, 2.0 * options_.robustScale));
+          0.5 * (both + (1.0 - both) * kFarCloth) * options_.dataWeight *
+              gemanMcClureWeight(off, 2.0 * options_.robustScale));
     }
   }
 

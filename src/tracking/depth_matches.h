@@ -21,14 +21,19 @@ struct MatchOptions {
   double dataWeight = 1.0;     ///< λ_data
   double interWeight = 1.0;    ///< λ_inter
   double clothOffset = 0.005;  ///< σ of eq. (2) [m]
-  /// Of cloth that hangs in front of the body by more than σ, relative to bare skin.
-  double slackWeight = 0.2;
+  /// Cloth is expected this far from the skin [m]: usual clothes hang 0 to 40 mm away. Were skin
+  /// drawn to σ beneath it, it would lean towards the camera and be too fat on all sides.
+  double clothGap = 0.02;
+  /// Of that expectation, relative to bare skin: how far cloth hangs differs much.
+  double slackWeight = 0.06;
   double silhouetteWeight = 0.3;  ///< of samples beside the person in the image
 };
 
 /// E_data and E_inter (eq. 1, 2) at one pose: from samples to the depth they project on, from
 /// pixels to the nearest sample, and from samples beside the person in the image back to it.
-/// Cloth is one-sided: skin must not be in front of it, and hardly anything pulls skin towards it.
+/// Cloth is one-sided: skin must not be in front of it, and hardly anything pulls skin to where it
+/// is expected behind it.
+/// Where nobody knows what is cloth, skin far behind the depth is less likely bare than usual.
 /// Weights count per square metre of a spread of 1500 samples, whatever the numbers are.
 std::vector<SurfaceConstraint> depthMatches(
     const TrackedSurface& surface,

@@ -9,18 +9,6 @@
 namespace simulcap {
 namespace {
 
-/// log p(off | bare) − log p(off | covered), off > 0 before the depth along its normal [m]. Bare
-/// skin: Gaussian noise of depth and shape. Covered skin is behind by an exponentially distributed
-/// gap; before the cloth it can be by noise alone.
-double evidence(double off) {
-  constexpr double kNoise = 0.01;  // [m]
-  constexpr double kGap = 0.05;    // [m]
-  const double gaussian = -0.5 * off * off / (kNoise * kNoise);
-  const double bare = gaussian - std::log(kNoise * std::sqrt(2.0 * std::numbers::pi));
-  const double covered = (off > 0.0 ? gaussian : off / kGap) - std::log(kGap);
-  return bare - covered;
-}
-
 double logOddsOf(double probability) {
   constexpr double kSurest = 0.02;
   const double p = std::clamp(probability, kSurest, 1.0 - kSurest);
@@ -28,6 +16,16 @@ double logOddsOf(double probability) {
 }
 
 }  // namespace
+
+double bareEvidence(double off) {
+  constexpr double kNoise = 0.01;  // [m]
+  constexpr double kGap = 0.05;    // [m]
+  constexpr double kMost = 2.0;
+  const double gaussian = -0.5 * off * off / (kNoise * kNoise);
+  const double bare = gaussian - std::log(kNoise * std::sqrt(2.0 * std::numbers::pi));
+  const double covered = (off > 0.0 ? gaussian : off / kGap) - std::log(kGap);
+  return std::clamp(bare - covered, -kMost, kMost);
+}
 
 Eigen::VectorXd usualBareness(const TrackedSurface& surface) {
   Eigen::VectorXd logOdds(surface.numBodySamples());
@@ -40,9 +38,9 @@ Eigen::VectorXd learnedBareness(
     const PosedSamples& posed,
     const std::vector<std::uint8_t>& visible,
     const DepthView& view,
+    const Eigen::VectorXd& usual,
     Eigen::VectorXd logOdds) {
   constexpr double kNew = 0.2;     // of a frame's evidence: folds and errors of the pose last
-  constexpr double kMost = 2.0;    // evidence of one sample in one frame
   constexpr double kSure = 3.0;    // what was learned can be unlearned
   constexpr double kNearby = 0.1;  // [m] farther depth shows something else
   const DepthCloud& cloud = view.cloud();
@@ -64,7 +62,7 @@ Eigen::VectorXd learnedBareness(
       continue;
     const double off = cloud.normals.col(column).cast<double>().dot(offset);
     logOdds[s] =
-        std::clamp(logOdds[s] + kNew * std::clamp(evidence(off), -kMost, kMost), -kSure, kSure);
+        std::clamp(logOdds[s] + kNew * bareEvidence(off), usual[s] - kSure, usual[s] + kSure);
   }
   return logOdds;
 }

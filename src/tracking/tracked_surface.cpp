@@ -43,9 +43,10 @@ JointSampling samplingOf(int joint) {
       return {1.5, 0.1};
     case kLeftAnkle:
     case kRightAnkle:
+      return {1.6, 0.4};
     case kLeftFoot:
     case kRightFoot:
-      return {1.6, 0.4};
+      return {1.6, 0.9};
     case kLeftKnee:
     case kRightKnee:
       return {1.2, 0.1};
