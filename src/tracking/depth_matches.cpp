@@ -99,6 +99,8 @@ class Matcher {
       // A clamped residual pulls as one of its own size would: eq. (2) without its outliers.
       add(index, normal, push, share * (1.0 - both) * interShare * options_.interWeight * robust);
     }
+    if (surface_.knowsClothes())
+      return;  // their own samples are matched
     const double slack = off + std::max(options_.clothGap, options_.clothOffset);
     add(index, normal, slack, data * (1.0 - both) * options_.slackWeight);
   }

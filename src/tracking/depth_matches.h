@@ -21,8 +21,9 @@ struct MatchOptions {
   double dataWeight = 1.0;     ///< λ_data
   double interWeight = 1.0;    ///< λ_inter
   double clothOffset = 0.005;  ///< σ of eq. (2) [m]
-  /// Cloth is expected this far from the skin [m]: usual clothes hang 0 to 40 mm away. Were skin
-  /// drawn to σ beneath it, it would lean towards the camera and be too fat on all sides.
+  /// Cloth that nobody knows is expected this far from the skin [m]: usual clothes hang 0 to 40 mm
+  /// away. Were skin drawn to σ beneath it, it would lean towards the camera and be too fat on all
+  /// sides.
   double clothGap = 0.02;
   /// Of that expectation, relative to bare skin: how far cloth hangs differs much.
   double slackWeight = 0.06;
