@@ -156,12 +156,15 @@ nlohmann::json settingsJson(const CaptureVerbOptions& options) {
       settings[name] = value;
   };
   addGiven("body", options.person.body);
+  addGiven("betas", options.digitize.betas);
   addGiven("material", options.person.material);
   addGiven("poses", options.person.poses);
   return settings;
 }
 
 void requireConsistent(const CaptureVerbOptions& options) {
+  if (!options.person.avatar.empty() && !options.digitize.betas.empty())
+    throw UsageError("--betas: the avatar has its shape; give --body instead of --avatar");
   if (options.person.avatar.empty() && options.person.body.empty())
     throw UsageError(
         "--avatar: give the person's avatar, or --body default to digitize the recording's turn "

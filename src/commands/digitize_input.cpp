@@ -12,10 +12,7 @@ void addDigitizeOptions(CLI::App& verb, DigitizeInput& input) {
   verb.add_option(
           "--betas",
           input.betas,
-          "The person's shape where it is known, from a scan or another capture: betas like "
-          "1,0,-2, "
-          "a preset of the default body (" +
-              presetNames() + "), or an .npz with betas (default: found)")
+          "The person's, where it is known. " + shapeHelp() + " (default: found)")
       ->type_name("BETAS");
   verb.add_option(
           "--turn",

@@ -297,6 +297,8 @@ void captureLive(
 void requireConsistent(const LiveVerbOptions& options) {
   if (options.recording.empty() == options.camera.empty())
     throw UsageError("give either a recording or --camera openni2");
+  if (!options.person.avatar.empty() && !options.digitize.betas.empty())
+    throw UsageError("--betas: the avatar has its shape; give --body instead of --avatar");
   if (options.person.avatar.empty() && options.person.body.empty())
     throw UsageError(
         "--avatar: give the person's avatar, or --body default to digitize the person's turn "

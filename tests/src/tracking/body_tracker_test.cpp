@@ -1,22 +1,15 @@
 #include "src/tracking/body_tracker.h"
 
-#include "avatar/avatar_body.h"
 #include "avatar/default_body/embedded_body.h"
-#include "avatar/geometry/measures.h"
 #include "avatar/skinning.h"
-#include "src/tracking/learned_bareness.h"
 #include "src/tracking/match_quality.h"
-#include "src/tracking/outer_layer.h"
 #include "src/tracking/surface_visibility.h"
-#include "tests/src/tracking/clothed_sequence.h"
 #include "tests/src/tracking/rendered_body.h"
-#include "tests/support/sample_avatar.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <initializer_list>
 #include <tuple>
 #include <vector>
@@ -295,79 +288,8 @@ TEST(BodyTracker, TellsWhichLimbLeaptAway) {
   }
 }
 
-/// Sees a person 1.2 m away from the waist up.
-avatar::Camera waistUpCamera() {
-  avatar::Camera camera = test::smallCamera();
-  camera.cameraFromWorld =
-      avatar::lookAt(Eigen::Vector3d(0.0, 0.4, 1.2), Eigen::Vector3d(0.0, 0.4, 0.0));
-  return camera;
-}
-
-/// Unlabelled depth of a person whose trunk and upper limbs are under cloth that stands off.
-DepthCloud unlabelledCloud(const test::ClothedPerson& person, const avatar::Camera& camera) {
-  DepthCloud cloud = person.cloud(avatar::aPose(), camera, {});
-  cloud.labels.clear();
-  return cloud;
-}
-
-TEST(LearnedBareness, TellsShinsInShortsFromThighs) {
-  const avatar::Camera camera = test::smallCamera();
-  constexpr double kLooseness = 0.03;  // [m]
-  const test::ClothedPerson person(avatar::defaultBody(), 1, kLooseness, 0.0);
-  const DepthCloud cloud = unlabelledCloud(person, camera);
-  const TrackedSurface surface(avatar::defaultBody(), 1000);
-  const BodyParameters at{avatar::aPose(), Eigen::VectorXd::Zero(10)};
-  const DepthView view(cloud, camera, 1000);
-  const Eigen::VectorXd before = usualBareness(surface);
-  Eigen::VectorXd logOdds = before;
-  for (int frame = 0; frame < 20; ++frame)
-    logOdds = learnedBareness(
-        surface.pose(at, false), visibleSamples(surface, at, camera), view, before, logOdds);
-  const auto shareBare = [&](std::initializer_list<int> joints) {
-    int bare = 0;
-    int seen = 0;
-    for (Eigen::Index s = 0; s < logOdds.size(); ++s) {
-      const int joint = surface.samples()[static_cast<std::size_t>(s)].joint;
-      if (std::find(joints.begin(), joints.end(), joint) == joints.end() || logOdds[s] == before[s])
-        continue;
-      ++seen;
-      bare += logOdds[s] > 0.0 ? 1 : 0;
-    }
-    EXPECT_GT(seen, 10);
-    return static_cast<double>(bare) / seen;
-  };
-  // Skin: ankles, forearms. Cloth: pelvis, thighs. Folds touch the skin here and there, and at
-  // edges depth errs by more than noise.
-  EXPECT_GT(shareBare({avatar::kLeftElbow, avatar::kRightElbow, avatar::kHead}), 0.8);
-  EXPECT_LT(shareBare({avatar::kPelvis, avatar::kLeftHip, avatar::kRightHip}), 0.4);
-}
-
-TEST(OuterLayer, CoversTheSkinBehindIt) {
-  avatar::LayeredAvatar person;
-  person.body = avatar::makeAvatarBody(avatar::defaultBody(), Eigen::VectorXd::Zero(10));
-  const double hip = person.body.joints(1, avatar::kPelvis);
-  EXPECT_EQ(outerLayer(person).bareness.minCoeff(), 1.0);
-  person.garments = {avatar::test::tubeGarment(
-      person.body, "tube", {.bottom = hip - 0.05, .top = hip + 0.3}, avatar::BodyPose{})};
-  const OuterLayer layer = outerLayer(person);
-  const Eigen::Matrix3Xd& skin = person.body.mesh.vertices;
-  const Eigen::Matrix3Xd normals = avatar::vertexNormals(person.body.mesh);
-  int covered = 0;
-  for (Eigen::Index v = 0; v < skin.cols(); ++v) {
-    const bool level = std::abs(normals(1, v)) < 0.2;
-    const bool trunk = std::abs(skin(0, v)) < 0.2 && level;
-    if (trunk && skin(1, v) > hip && skin(1, v) < hip + 0.25) {
-      EXPECT_EQ(layer.bareness[v], 0.0) << v;
-      ++covered;
-    } else if (skin(1, v) < hip - 0.3 || skin(1, v) > hip + 0.55) {
-      EXPECT_EQ(layer.bareness[v], 1.0) << v;
-    }
-  }
-  EXPECT_GT(covered, 100);
-}
-
 TEST(BodyTracker, LeavesUnseenLegsAtRest) {
-  const avatar::Camera camera = waistUpCamera();
+  const avatar::Camera camera = test::waistUpCamera();
   const BodyPose truth = avatar::aPose();
   const DepthCloud cloud = test::renderedCloud(avatar::defaultBody(), meanShape(), truth, camera);
   BodyTracker tracker = shapedTracker(camera);
@@ -392,7 +314,7 @@ TEST(BodyTracker, LegsThatLeaveThePictureComeToRestUnderThePelvis) {
     pose.jointRotations.head<3>() << 0.15 * std::sin(3.0 * t), 0.6 * t, 0.1 * std::sin(2.0 * t);
     return pose;
   };
-  const avatar::Camera camera = waistUpCamera();
+  const avatar::Camera camera = test::waistUpCamera();
   BodyPose stepping = truth(0.0);
   stepping.jointRotations.segment<3>(3 * avatar::kLeftHip).x() = -0.6;
   stepping.jointRotations.segment<3>(3 * avatar::kLeftKnee).x() = 0.9;
@@ -419,93 +341,6 @@ TEST(BodyTracker, LegsThatLeaveThePictureComeToRestUnderThePelvis) {
       EXPECT_LT(std::acos(-down.y()), 0.055) << i;
     }
   }
-}
-
-/// The default body with cloth around it that stands off by `gap` [m] where `covered` says so of a
-/// vertex.
-avatar::BodyModel clothed(double gap, const std::function<bool(const Eigen::Vector3d&)>& covered) {
-  avatar::BodyModel dressed = avatar::defaultBody();
-  const Eigen::Matrix3Xd& skin = avatar::defaultBody().templateVertices;
-  const Eigen::Matrix3Xd normals = avatar::vertexNormals({skin, dressed.faces});
-  for (Eigen::Index v = 0; v < skin.cols(); ++v)
-    if (covered(skin.col(v)))
-      dressed.templateVertices.col(v) += gap * normals.col(v);
-  return dressed;
-}
-
-TEST(BodyTracker, LooseClothesDoNotFattenAnybody) {
-  // In shirt and trousers with 4 cm between them and the skin; hands, feet and head are bare.
-  constexpr double kGap = 0.04;  // [m]
-  const Eigen::Matrix3Xd joints = avatar::posedBody(avatar::defaultBody(), meanShape(), {}).joints;
-  const auto isCovered = [&](const Eigen::Vector3d& at) {
-    return at.y() < joints(1, avatar::kNeck) && at.y() > joints(1, avatar::kLeftAnkle) &&
-           std::abs(at.x()) < joints(0, avatar::kLeftWrist);
-  };
-  const avatar::BodyModel dressed = clothed(kGap, isCovered);
-  const avatar::Camera camera = test::smallCamera();
-  TrackerOptions options;
-  options.numSamples = 800;
-  options.numDepthSamples = 600;
-  BodyTracker tracker(avatar::defaultBody(), camera, options);
-  for (int i = 1; i <= 30; ++i) {
-    BodyPose pose = avatar::aPose();
-    pose.jointRotations.y() = 0.06 * i;
-    DepthCloud cloud = test::renderedCloud(dressed, meanShape(), pose, camera);
-    cloud.labels.clear();
-    tracker.track(cloud, i * kFrame);
-  }
-  const Eigen::Matrix3Xd& skin = avatar::defaultBody().templateVertices;
-  const Eigen::Matrix3Xd normals = avatar::vertexNormals({skin, dressed.faces});
-  const Eigen::Matrix3Xd found = avatar::shapedVertices(avatar::defaultBody(), tracker.betas());
-  double fatter = 0.0;
-  int count = 0;
-  for (Eigen::Index v = 0; v < skin.cols(); ++v) {
-    if (!isCovered(skin.col(v)))
-      continue;
-    fatter += (found.col(v) - skin.col(v)).dot(normals.col(v));
-    ++count;
-  }
-  // All of the gap would be a body that fills its clothes. Hands and head tell otherwise, and so
-  // does that few people are so fat: a quarter of it is left.
-  EXPECT_LT(fatter / count, 0.3 * kGap);
-}
-
-TEST(BodyTracker, HipsThatAreNotSeenDoNotGrowWithTheShirt) {
-  // A shirt stands off by 2 cm all round.
-  const double chin =
-      avatar::posedBody(avatar::defaultBody(), meanShape(), {}).joints(1, avatar::kNeck);
-  const avatar::BodyModel dressed =
-      clothed(0.02, [&](const Eigen::Vector3d& at) { return at.y() < chin; });
-  const Eigen::Matrix3Xd& skin = avatar::defaultBody().templateVertices;
-  const Eigen::Matrix3Xd normals = avatar::vertexNormals({skin, dressed.faces});
-  const avatar::Camera camera = waistUpCamera();
-  TrackerOptions options;
-  options.numSamples = 800;
-  options.numDepthSamples = 600;
-  BodyTracker tracker(avatar::defaultBody(), camera, options);
-  TrackerState state = tracker.state();
-  state.framesTracked = 1;
-  state.pose = state.before = avatar::aPose();
-  state.timestampBefore = -1.0;
-  tracker.restore(state);
-  for (int i = 1; i <= 12; ++i) {
-    BodyPose pose = avatar::aPose();
-    pose.jointRotations.y() = 0.1 * i;
-    DepthCloud cloud = test::renderedCloud(dressed, meanShape(), pose, camera);
-    cloud.labels.clear();
-    tracker.track(cloud, i * kFrame);
-  }
-  const Eigen::Matrix3Xd found = avatar::shapedVertices(avatar::defaultBody(), tracker.betas());
-  const double hips = avatar::posedBody(dressed, meanShape(), {}).joints(1, avatar::kLeftHip);
-  double thicker = 0.0;
-  int count = 0;
-  for (Eigen::Index v = 0; v < skin.cols(); ++v) {
-    if (skin(1, v) > hips + 0.05 || skin(1, v) < hips - 0.3 || std::abs(skin(0, v)) > 0.25)
-      continue;
-    thicker += (found.col(v) - skin.col(v)).dot(normals.col(v));
-    ++count;
-  }
-  EXPECT_LT(std::abs(thicker / count), 0.006);  // of the shirt's 2 cm
 }
 
 TEST(BodyTracker, RefusesWhatDoesNotFit) {

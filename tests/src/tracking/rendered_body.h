@@ -16,6 +16,14 @@ inline avatar::Camera smallCamera(double distance = 2.6) {
   return camera;
 }
 
+/// Sees a person 1.2 m away from the waist up.
+inline avatar::Camera waistUpCamera() {
+  avatar::Camera camera = smallCamera();
+  camera.cameraFromWorld =
+      avatar::lookAt(Eigen::Vector3d(0.0, 0.4, 1.2), Eigen::Vector3d(0.0, 0.4, 0.0));
+  return camera;
+}
+
 /// Ideal depth of an undressed body before an empty room: a wall 2 m behind.
 inline DepthCloud renderedCloud(
     const avatar::BodyModel& model,

@@ -1,0 +1,186 @@
+#include "avatar/avatar_body.h"
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/geometry/measures.h"
+#include "avatar/skinning.h"
+#include "src/tracking/body_tracker.h"
+#include "src/tracking/learned_bareness.h"
+#include "src/tracking/outer_layer.h"
+#include "src/tracking/surface_visibility.h"
+#include "tests/src/tracking/clothed_sequence.h"
+#include "tests/src/tracking/rendered_body.h"
+#include "tests/support/sample_avatar.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <initializer_list>
+
+/// What the tracker makes of skin that nobody sees.
+namespace simulcap {
+namespace {
+
+/// Unlabelled depth of a person whose trunk and upper limbs are under cloth that stands off.
+DepthCloud unlabelledCloud(const test::ClothedPerson& person, const avatar::Camera& camera) {
+  DepthCloud cloud = person.cloud(avatar::aPose(), camera, {});
+  cloud.labels.clear();
+  return cloud;
+}
+
+TEST(LearnedBareness, TellsShinsInShortsFromThighs) {
+  const avatar::Camera camera = test::smallCamera();
+  constexpr double kLooseness = 0.03;  // [m]
+  const test::ClothedPerson person(avatar::defaultBody(), 1, kLooseness, 0.0);
+  const DepthCloud cloud = unlabelledCloud(person, camera);
+  const TrackedSurface surface(avatar::defaultBody(), 1000);
+  const BodyParameters at{avatar::aPose(), Eigen::VectorXd::Zero(10)};
+  const DepthView view(cloud, camera, 1000);
+  const Eigen::VectorXd before = usualBareness(surface);
+  Eigen::VectorXd logOdds = before;
+  for (int frame = 0; frame < 20; ++frame)
+    logOdds = learnedBareness(
+        surface.pose(at, false), visibleSamples(surface, at, camera), view, before, logOdds);
+  const auto shareBare = [&](std::initializer_list<int> joints) {
+    int bare = 0;
+    int seen = 0;
+    for (Eigen::Index s = 0; s < logOdds.size(); ++s) {
+      const int joint = surface.samples()[static_cast<std::size_t>(s)].joint;
+      if (std::find(joints.begin(), joints.end(), joint) == joints.end() || logOdds[s] == before[s])
+        continue;
+      ++seen;
+      bare += logOdds[s] > 0.0 ? 1 : 0;
+    }
+    EXPECT_GT(seen, 10);
+    return static_cast<double>(bare) / seen;
+  };
+  // Skin: ankles, forearms. Cloth: pelvis, thighs. Folds touch the skin here and there, and at
+  // edges depth errs by more than noise.
+  EXPECT_GT(shareBare({avatar::kLeftElbow, avatar::kRightElbow, avatar::kHead}), 0.8);
+  EXPECT_LT(shareBare({avatar::kPelvis, avatar::kLeftHip, avatar::kRightHip}), 0.4);
+}
+
+TEST(OuterLayer, CoversTheSkinBehindIt) {
+  avatar::LayeredAvatar person;
+  person.body = avatar::makeAvatarBody(avatar::defaultBody(), Eigen::VectorXd::Zero(10));
+  const double hip = person.body.joints(1, avatar::kPelvis);
+  EXPECT_EQ(outerLayer(person).bareness.minCoeff(), 1.0);
+  person.garments = {avatar::test::tubeGarment(
+      person.body, "tube", {.bottom = hip - 0.05, .top = hip + 0.3}, avatar::BodyPose{})};
+  const OuterLayer layer = outerLayer(person);
+  const Eigen::Matrix3Xd& skin = person.body.mesh.vertices;
+  const Eigen::Matrix3Xd normals = avatar::vertexNormals(person.body.mesh);
+  int covered = 0;
+  for (Eigen::Index v = 0; v < skin.cols(); ++v) {
+    const bool level = std::abs(normals(1, v)) < 0.2;
+    const bool trunk = std::abs(skin(0, v)) < 0.2 && level;
+    if (trunk && skin(1, v) > hip && skin(1, v) < hip + 0.25) {
+      EXPECT_EQ(layer.bareness[v], 0.0) << v;
+      ++covered;
+    } else if (skin(1, v) < hip - 0.3 || skin(1, v) > hip + 0.55) {
+      EXPECT_EQ(layer.bareness[v], 1.0) << v;
+    }
+  }
+  EXPECT_GT(covered, 100);
+}
+
+using Region = std::function<bool(const Eigen::Vector3d&)>;
+
+Eigen::Matrix3Xd restJoints() {
+  const auto& model = avatar::defaultBody();
+  return avatar::posedBody(model, Eigen::VectorXd::Zero(model.numBetas()), {}).joints;
+}
+
+Eigen::Matrix3Xd restNormals() {
+  const auto& model = avatar::defaultBody();
+  return avatar::vertexNormals({model.templateVertices, model.faces});
+}
+
+/// The default body under cloth that stands off by `gap` [m] where it is covered.
+avatar::BodyModel clothed(double gap, const Region& covered) {
+  avatar::BodyModel dressed = avatar::defaultBody();
+  const Eigen::Matrix3Xd& skin = avatar::defaultBody().templateVertices;
+  const Eigen::Matrix3Xd normals = restNormals();
+  for (Eigen::Index v = 0; v < skin.cols(); ++v)
+    if (covered(skin.col(v)))
+      dressed.templateVertices.col(v) += gap * normals.col(v);
+  return dressed;
+}
+
+BodyTracker coarseTracker(const avatar::Camera& camera) {
+  TrackerOptions options;
+  options.numSamples = 800;
+  options.numDepthSamples = 600;
+  return BodyTracker(avatar::defaultBody(), camera, options);
+}
+
+/// Somebody turns by `step` [rad] from frame to frame; depth has no labels.
+void followTurn(
+    BodyTracker& tracker,
+    const avatar::BodyModel& dressed,
+    const avatar::Camera& camera,
+    double step,
+    int frames) {
+  for (int i = 1; i <= frames; ++i) {
+    avatar::BodyPose pose = avatar::aPose();
+    pose.jointRotations.y() = step * i;
+    DepthCloud cloud =
+        test::renderedCloud(dressed, Eigen::VectorXd::Zero(dressed.numBetas()), pose, camera);
+    cloud.labels.clear();
+    tracker.track(cloud, i / 30.0);
+  }
+}
+
+/// How far the skin of a region lies outside of the mean body's [m].
+double thickening(const Eigen::VectorXd& betas, const Region& region) {
+  const Eigen::Matrix3Xd& skin = avatar::defaultBody().templateVertices;
+  const Eigen::Matrix3Xd normals = restNormals();
+  const Eigen::Matrix3Xd found = avatar::shapedVertices(avatar::defaultBody(), betas);
+  double sum = 0.0;
+  int count = 0;
+  for (Eigen::Index v = 0; v < skin.cols(); ++v) {
+    if (!region(skin.col(v)))
+      continue;
+    sum += (found.col(v) - skin.col(v)).dot(normals.col(v));
+    ++count;
+  }
+  return sum / count;
+}
+
+TEST(BodyTracker, LooseClothesDoNotFattenAnybody) {
+  // In shirt and trousers with 4 cm between them and the skin; hands, feet and head are bare.
+  constexpr double kGap = 0.04;  // [m]
+  const Eigen::Matrix3Xd joints = restJoints();
+  const auto isCovered = [&](const Eigen::Vector3d& at) {
+    return at.y() < joints(1, avatar::kNeck) && at.y() > joints(1, avatar::kLeftAnkle) &&
+           std::abs(at.x()) < joints(0, avatar::kLeftWrist);
+  };
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker tracker = coarseTracker(camera);
+  followTurn(tracker, clothed(kGap, isCovered), camera, 0.06, 30);
+  // All of the gap would be a body that fills its clothes. Hands and head tell otherwise, and so
+  // does that few people are so fat: a quarter of it is left.
+  EXPECT_LT(thickening(tracker.betas(), isCovered), 0.3 * kGap);
+}
+
+TEST(BodyTracker, HipsThatAreNotSeenDoNotGrowWithTheShirt) {
+  const Eigen::Matrix3Xd joints = restJoints();
+  const avatar::BodyModel dressed =
+      clothed(0.02, [&](const Eigen::Vector3d& at) { return at.y() < joints(1, avatar::kNeck); });
+  const avatar::Camera camera = test::waistUpCamera();
+  BodyTracker tracker = coarseTracker(camera);
+  TrackerState state = tracker.state();
+  state.framesTracked = 1;
+  state.pose = state.before = avatar::aPose();
+  state.timestampBefore = -1.0;
+  tracker.restore(state);
+  followTurn(tracker, dressed, camera, 0.1, 12);
+  const double hips = joints(1, avatar::kLeftHip);
+  const double thicker = thickening(tracker.betas(), [&](const Eigen::Vector3d& at) {
+    return at.y() < hips + 0.05 && at.y() > hips - 0.3 && std::abs(at.x()) < 0.25;
+  });
+  EXPECT_LT(std::abs(thicker), 0.006);  // of the shirt's 2 cm
+}
+
+}  // namespace
+}  // namespace simulcap
