@@ -176,6 +176,7 @@ TEST(Capture, NamesWhatIsWrong) {
   EXPECT_NE(noRecording.err.find("intrinsics.json"), std::string::npos) << noRecording.err;
   EXPECT_EQ(
       runProgram(captureArguments(folder, "out", {"--camera", folder / "x.json"})).exitCode, 2);
+  EXPECT_EQ(runProgram(captureArguments(folder, "out", {"--betas", "1"})).exitCode, 2);
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
