@@ -1,6 +1,6 @@
 #pragma once
 
-#include "avatar/digitization/garment_openings.h"
+#include "avatar/garment_openings.h"
 #include "avatar/geometry/mesh.h"
 #include "avatar/wardrobe/dressing_body.h"
 

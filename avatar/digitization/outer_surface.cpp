@@ -1,7 +1,7 @@
 #include "avatar/digitization/outer_surface.h"
 
 #include "avatar/digitization/garment_cut.h"
-#include "avatar/digitization/garment_openings.h"
+#include "avatar/garment_openings.h"
 #include "avatar/digitization/point_grid.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"

@@ -1,7 +1,7 @@
 #include "avatar/digitization/garment_finishing.h"
 
 #include "avatar/default_body/embedded_body.h"
-#include "avatar/digitization/garment_openings.h"
+#include "avatar/garment_openings.h"
 #include "avatar/digitization/seen_extent.h"
 #include "avatar/digitization/surface_parsing.h"
 #include "avatar/geometry/adjacency.h"

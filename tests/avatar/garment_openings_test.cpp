@@ -1,4 +1,4 @@
-#include "avatar/digitization/garment_openings.h"
+#include "avatar/garment_openings.h"
 
 #include "avatar/geometry/adjacency.h"
 #include "tests/support/primitive_meshes.h"
