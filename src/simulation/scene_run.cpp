@@ -122,4 +122,9 @@ bullet_ext::FrameReport SceneRun::advance() {
   return world_->step(skin, timing_.duration, timing_.substeps);
 }
 
+void SceneRun::calm(double share) {
+  for (int cloth = 0; cloth < world_->numGarments(); ++cloth)
+    world_->setState(cloth, world_->vertices(cloth), share * world_->velocities(cloth));
+}
+
 }  // namespace simulcap

@@ -38,6 +38,10 @@ class SceneRun {
   /// To the next frame.
   bullet_ext::FrameReport advance();
 
+  /// Leaves the cloths this share of their velocities: once per frame, so that they come to rest
+  /// sooner than they would by themselves.
+  void calm(double share);
+
   /// The parts that the scene asked for; those of others are null.
   const bullet_ext::CaptureWorld& world() const { return *world_; }
 

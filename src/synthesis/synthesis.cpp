@@ -227,6 +227,9 @@ std::optional<int> turnaroundFrames(const std::vector<double>& headings) {
 
 SynthesisReport synthesize(
     const Scene& scene, const std::filesystem::path& sequence, const SynthesisOptions& options) {
+  // Per frame, of clothes that are being put on: about critical damping of a soft skirt's swing, of
+  // a second, which by itself would last for half a minute.
+  constexpr double kPrerollMomentum = 0.7;
   constexpr std::size_t kBatch = 4;  // moments; two batches are in memory at a time
   requireReplaceable(sequence);      // before the minutes that it takes
   const Stopwatch preparing;
@@ -249,6 +252,8 @@ SynthesisReport synthesize(
     const Stopwatch simulating;
     if (staged > 0 && !run.advance().stable)
       ++report.unstableFrames;
+    if (staged < stage.numPrerollFrames)
+      run.calm(kPrerollMomentum);
     report.times.simulating += simulating.seconds();
     if (staged >= stage.numPrerollFrames) {
       moments.push_back(momentOf(stage, run, staged));
