@@ -141,7 +141,7 @@ std::array<double, kNumSurfaceLabels> labelPrior(BodyPart part) {
     case BodyPart::kShank:
       return {0.45, 0.03, 0.52};
     case BodyPart::kFoot:
-      return {0.90, 0.01, 0.09};
+      return {0.97, 0.01, 0.02};
     default:
       return {0.34, 0.33, 0.33};
   }
