@@ -103,8 +103,10 @@ class Digitizer {
     if (options_.onStage)
       options_.onStage("body_tracking, dressed");
     std::optional<OuterLayer> clothes;
-    if (!result_.avatar.garments.empty())
+    if (!result_.avatar.garments.empty()) {
       clothes = outerLayer(result_.avatar);
+      clothes->widthKnown = false;
+    }
     turn_ = trackAgain(
         turn_, recording, model_, {result_.body.betas, std::move(clothes)}, options_.turn);
     StageSeconds seconds = std::move(result_.seconds);

@@ -1,6 +1,6 @@
 #include "avatar/digitization/fusion.h"
 
-#include "avatar/motion.h"
+#include "avatar/hanging_cloth.h"
 
 #include <algorithm>
 #include <array>
@@ -28,7 +28,6 @@ class FrameView {
  public:
   FrameView(const PosedDepthFrame& frame, const FusionOptions& options)
       : frame_(frame),
-        truncation_(static_cast<float>(options.truncation)),
         minCosine_(static_cast<float>(options.minCosine)),
         width_(static_cast<float>(frame.camera.width)),
         height_(static_cast<float>(frame.camera.height)),
@@ -37,7 +36,7 @@ class FrameView {
         cx_(static_cast<float>(frame.camera.cx)),
         cy_(static_cast<float>(frame.camera.cy)) {}
 
-  Observation observe(const Eigen::Vector3f& inCamera) const {
+  Observation observe(const Eigen::Vector3f& inCamera, float truncation) const {
     if (inCamera.z() < 0.05F)
       return {};
     // To the nearest pixel: after the test for negative ones, cutting off is rounding down.
@@ -50,7 +49,7 @@ class FrameView {
     const std::size_t pixel = frame_.index(x, y);
     const float depth = frame_.depth[pixel];
     // Well behind what the pixel shows: hidden.
-    if (depth <= 0.0F || inCamera.z() - depth > 3.0F * truncation_)
+    if (depth <= 0.0F || inCamera.z() - depth > 3.0F * truncation)
       return {};
     const Eigen::Vector3f normal = frame_.normals.col(static_cast<Eigen::Index>(pixel));
     const Eigen::Vector3f ray(
@@ -59,14 +58,14 @@ class FrameView {
     if (!(cosine > minCosine_))
       return {};
     const float distance = normal.dot(inCamera - depth * ray);
-    if (distance < -truncation_)
+    if (distance < -truncation)
       return {};
-    return {std::min(distance, truncation_), cosine / (depth * depth), cosine, pixel};
+    return {std::min(distance, truncation), cosine / (depth * depth), cosine, pixel};
   }
 
  private:
   const PosedDepthFrame& frame_;
-  float truncation_, minCosine_, width_, height_, fx_, fy_, cx_, cy_;
+  float minCosine_, width_, height_, fx_, fy_, cx_, cy_;
 };
 
 void addObservation(Voxel& voxel, const Observation& seen, float maxWeight) {
@@ -91,20 +90,11 @@ void addAppearance(Voxel& voxel, const Observation& seen, const PosedDepthFrame&
   }
 }
 
-bool isOfLeg(int joint) {
-  constexpr std::array kLegs = {
-      kLeftHip, kRightHip, kLeftKnee, kRightKnee, kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot};
-  return std::find(kLegs.begin(), kLegs.end(), joint) != kLegs.end();
-}
-
-/// The maps of the joints, and behind them that of what hangs from the hips: plumb, however the
-/// pelvis tilts.
+/// The maps of the joints, and behind them that of what hangs from the hips.
 std::vector<Eigen::Affine3d> withPlumb(
     std::vector<Eigen::Affine3d> fromRest, const ShapedBody& shaped, const BodyPose& pose) {
   const Eigen::Vector3d hips = shaped.joints.col(kPelvis);
-  fromRest.emplace_back(
-      Eigen::Translation3d(fromRest[kPelvis] * hips) *
-      Eigen::AngleAxisd(heading(pose), Eigen::Vector3d::UnitY()) * Eigen::Translation3d(-hips));
+  fromRest.emplace_back(plumbFromRest(hips, fromRest[kPelvis] * hips, pose));
   return fromRest;
 }
 
@@ -129,6 +119,9 @@ void FusionOptions::validate() const {
   demand(
       truncation >= 2.0 * voxelSize && truncation <= 0.2,
       "truncation is expected in 2 voxels … 0.2 m");
+  demand(
+      hangingTruncation > 0.0 && hangingTruncation <= 0.2,
+      "hangingTruncation is expected in 0 … 0.2 m");
   demand(maxBodyDistance > 0.0, "maxBodyDistance is expected above 0");
   demand(maxWeight >= 1.0, "maxWeight is expected at 1 or above");
   demand(minCosine > 0.0 && minCosine < 1.0, "minCosine is expected in (0, 1)");
@@ -164,43 +157,46 @@ void CanonicalFusion::allocate(const PosedDepthFrame& frame) {
   const int stride = std::clamp(
       static_cast<int>(blockLength * frame.camera.fx / static_cast<double>(farthest)), 1, 16);
   const auto numRows = static_cast<std::size_t>((frame.camera.height + stride - 1) / stride);
-  std::vector<std::vector<Eigen::Vector3d>> rows(numRows);
+  std::vector<std::vector<SurfacePlace>> rows(numRows);
   options_.runLoop(static_cast<long>(numRows), [&](long row) {
     const int y = static_cast<int>(row) * stride;
     for (int x = 0; x < frame.camera.width; x += stride) {
       const auto depth = static_cast<double>(frame.depth[frame.index(x, y)]);
       if (depth <= 0.0)
         continue;
-      const auto point = canonicalFromLive(unproject(frame.camera, {double(x), double(y), depth}));
-      if (point)
-        rows[static_cast<std::size_t>(row)].push_back(*point);
+      const auto place = canonicalFromLive(unproject(frame.camera, {double(x), double(y), depth}));
+      if (place)
+        rows[static_cast<std::size_t>(row)].push_back(*place);
     }
   });
   for (const auto& row : rows) {
-    for (const Eigen::Vector3d& point : row)
-      volume_.allocateAround(point, options_.truncation);
+    for (const SurfacePlace& place : row)
+      volume_.allocateAround(place.point, place.truncation);
   }
 }
 
 /// What carries a point: the joints of its nearest skin, but for a skirt.
 JointWeights CanonicalFusion::carriers(const SkinningField::Anchor& anchor) const {
-  constexpr double kSnug = 0.01;  // cloth that touches, with the errors of its place [m]
-  constexpr double kFree = 0.05;  // [m]
   if (!options_.legsCovered)
     return anchor.weights;
-  const double distance = std::sqrt(anchor.skin.squaredDistance);
-  const double share = std::clamp((distance - kSnug) / (kFree - kSnug), 0.0, 1.0);
+  const double share = hangingShare(std::sqrt(anchor.skin.squaredDistance));
   return hungFromHips(anchor.weights, share, static_cast<int>(shaped_.joints.cols()));
 }
 
-std::optional<Eigen::Vector3d> CanonicalFusion::canonicalFromLive(
+double CanonicalFusion::truncationOf(const JointWeights& weights) const {
+  const double hanging = options_.legsCovered ? weights.weights.back() : 0.0;
+  const double further = std::max(0.0, options_.hangingTruncation - options_.truncation);
+  return options_.truncation + hanging * further;
+}
+
+std::optional<CanonicalFusion::SurfacePlace> CanonicalFusion::canonicalFromLive(
     const Eigen::Vector3d& point) const {
   const auto anchor = live_.anchor(point, options_.maxBodyDistance);
   if (!anchor)
     return std::nullopt;
   const JointWeights weights = carriers(*anchor);
   const Eigen::Vector3d rest = blendedTransform(weights, liveFromRest_).inverse() * point;
-  return blendedTransform(weights, canonicalFromRest_) * rest;
+  return SurfacePlace{blendedTransform(weights, canonicalFromRest_) * rest, truncationOf(weights)};
 }
 
 Eigen::Vector3d CanonicalFusion::canonicalPoint(int block, int corner) const {
@@ -221,6 +217,7 @@ CanonicalFusion::LatticePoint CanonicalFusion::latticePoint(int block, int corne
   result.followsBody = true;
   result.bodyDistance = static_cast<float>(std::sqrt(anchor->skin.squaredDistance));
   result.weights = carriers(*anchor);
+  result.truncation = static_cast<float>(truncationOf(result.weights));
   result.rest = blendedTransform(result.weights, canonicalFromRest_).inverse() * point;
   return result;
 }
@@ -256,7 +253,10 @@ std::vector<CanonicalFusion::LivePoint> CanonicalFusion::livePoints(
       const Eigen::Vector3f place = (frame.camera.cameraFromWorld * inWorld).cast<float>();
       const Eigen::Vector3f canonical =
           canonicalPoint(static_cast<int>(block), corner).cast<float>();
-      live[i] = {place, !contact.isAt(place, canonical, point.bodyDistance + margin, apart)};
+      live[i] = {
+          place,
+          point.truncation,
+          !contact.isAt(place, canonical, point.bodyDistance + margin, apart)};
     }
   });
   return live;
@@ -322,6 +322,9 @@ CanonicalFusion::LatticeRow CanonicalFusion::latticeRow(const LivePoint* corners
     point.usable = at(0, 0).usable && at(1, 0).usable && at(0, 1).usable && at(1, 1).usable;
     point.inCamera = (1.0F - tz) * ((1.0F - ty) * at(0, 0).inCamera + ty * at(1, 0).inCamera) +
                      tz * ((1.0F - ty) * at(0, 1).inCamera + ty * at(1, 1).inCamera);
+    point.truncation =
+        (1.0F - tz) * ((1.0F - ty) * at(0, 0).truncation + ty * at(1, 0).truncation) +
+        tz * ((1.0F - ty) * at(0, 1).truncation + ty * at(1, 1).truncation);
   }
   return row;
 }
@@ -341,7 +344,9 @@ void CanonicalFusion::integrateBlock(
       if (!low.usable || !high.usable)
         continue;
       const float t = static_cast<float>(x % kLatticeStep) / static_cast<float>(kLatticeStep);
-      const Observation seen = view.observe(low.inCamera + t * (high.inCamera - low.inCamera));
+      const Observation seen = view.observe(
+          low.inCamera + t * (high.inCamera - low.inCamera),
+          low.truncation + t * (high.truncation - low.truncation));
       if (seen.weight <= 0.0F)
         continue;
       Voxel& voxel = voxels[static_cast<std::size_t>(line) * kSize + static_cast<std::size_t>(x)];

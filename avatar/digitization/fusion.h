@@ -16,9 +16,12 @@
 namespace avatar {
 
 struct FusionOptions {
-  double voxelSize = 0.004;       ///< [m], 0.001 … 0.05
-  double truncation = 0.016;      ///< [m], 2 voxels … 0.2
-  double maxBodyDistance = 0.35;  ///< depth further from the body is not the person's [m], > 0
+  double voxelSize = 0.004;   ///< [m], 0.001 … 0.05
+  double truncation = 0.016;  ///< [m], 2 voxels … 0.2
+  /// Of what hangs from the hips: farther than it swings. What swings beyond its truncation would
+  /// be carved away by the frames that see past it, and only its inmost place would stay [m].
+  double hangingTruncation = 0.04;  ///< or `truncation`, if that is more; up to 0.2
+  double maxBodyDistance = 0.35;    ///< depth further from the body is not the person's [m], > 0
   double maxWeight = 200.0;  ///< of a voxel: later frames never count less than 1 in this, ≥ 1
   double minCosine = 0.15;   ///< surface seen more obliquely is not used, (0, 1)
   /// Skin of trunk and arm is told apart by this difference of the distances [m], 0 … 0.05.
@@ -72,11 +75,19 @@ class CanonicalFusion {
     JointWeights weights;
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // rest pose [m]
     float bodyDistance = 0.0F;                       // canonical [m]
+    float truncation = 0.0F;                         // [m]
     bool followsBody = false;
+  };
+
+  /// Of a point that a frame sees, in the canonical pose.
+  struct SurfacePlace {
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();  // [m]
+    double truncation = 0.0;                          // [m]
   };
 
   struct LivePoint {
     Eigen::Vector3f inCamera = Eigen::Vector3f::Zero();  // [m]
+    float truncation = 0.0F;                             // [m]
     bool usable = false;
   };
 
@@ -84,7 +95,8 @@ class CanonicalFusion {
   using LatticeRow = std::array<LivePoint, kLatticeSize>;
 
   JointWeights carriers(const SkinningField::Anchor& anchor) const;
-  std::optional<Eigen::Vector3d> canonicalFromLive(const Eigen::Vector3d& point) const;
+  double truncationOf(const JointWeights& weights) const;
+  std::optional<SurfacePlace> canonicalFromLive(const Eigen::Vector3d& point) const;
   void prepareLattice();
   LatticePoint latticePoint(int block, int corner) const;
   Eigen::Vector3d canonicalPoint(int block, int corner) const;

@@ -36,7 +36,7 @@ const avatar::Camera& TrackedRecording::camera() const {
   return *camera_;
 }
 
-const Eigen::VectorXd& TrackedRecording::betas() const {
+Eigen::VectorXd TrackedRecording::betas() const {
   if (person_.betas)
     return *person_.betas;
   if (!tracker_)

@@ -80,7 +80,7 @@ class TrackedRecording {
 
   /// Of the person: as given, or as estimated so far. Throws std::logic_error before the first
   /// frame.
-  const Eigen::VectorXd& betas() const;
+  Eigen::VectorXd betas() const;
 
   /// Usable frames in the range, at most; 0 when nobody knows.
   int numFrames() const { return source_->info().numFrames.value_or(0); }

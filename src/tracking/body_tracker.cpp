@@ -20,7 +20,10 @@
 namespace simulcap {
 namespace {
 
-constexpr double kBetaPrior = 0.5;  // per unit² of beta, against the data term
+constexpr double kBetaPrior = 0.5;   // per unit² of beta, against the data term
+constexpr double kWidthPrior = 0.2;  // per cm² of clothes' widths
+/// Legs that cloth hides have next to nothing that tells how they are bent: most stand.
+constexpr double kHiddenLegs = 2.0;  // [per rad²]
 /// Of a frame's information that is new: noise, clothes and errors of matching repeat.
 constexpr double kNewInformation = 0.2;
 constexpr int kMinPersonPixels = 200;
@@ -151,8 +154,8 @@ class BodyTracker::Implementation {
           "BodyTracker::setBetas: expected finite numbers, at most " +
           std::to_string(model_.numBetas()));
     }
-    state_.betas.setZero();
-    const Eigen::Index used = std::min(betas.size(), state_.betas.size());
+    const Eigen::Index used = std::min<Eigen::Index>(betas.size(), surface_->numBodyBetas());
+    state_.betas.head(surface_->numBodyBetas()).setZero();
     state_.betas.head(used) = betas.head(used);
     state_.betasHeld = true;
   }
@@ -161,7 +164,17 @@ class BodyTracker::Implementation {
 
   void setOuterLayer(const OuterLayer& layer) {
     surface_ = std::make_unique<TrackedSurface>(model_, options_.numSamples, &layer);
+    const Eigen::Index body = surface_->numBodyBetas();
+    const Eigen::Index widths = surface_->numBetas() - body;
+    state_.betas.conservativeResize(body + widths);
+    state_.betas.tail(widths).setZero();
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(body + widths, body + widths);
+    information.topLeftCorner(body, body) = state_.betaInformation.topLeftCorner(body, body);
+    information.diagonal().tail(widths).setConstant(kWidthPrior);
+    state_.betaInformation = information;
   }
+
+  Eigen::VectorXd betas() const { return state_.betas.head(surface_->numBodyBetas()); }
 
  private:
   void requireFits(const DepthCloud& cloud, double timestamp) const {
@@ -216,14 +229,30 @@ class BodyTracker::Implementation {
     solver.clothOffset = options_.clothOffset;
     solver.floorHeight = options_.floorHeight;
     solver.regularization.prior = options_.priorWeight;
+    solver.regularization.straightLegs = surface_->coversLegs() ? kHiddenLegs : 0.0;
     return solver;
   }
 
+  /// Nothing: all are known.
   std::optional<BetaKnowledge> betaKnowledge() const {
-    if (state_.betasHeld) {
+    const Eigen::Index body = surface_->numBodyBetas();
+    if (state_.betasHeld && surface_->numBetas() == body)
       return std::nullopt;
-    }
-    return BetaKnowledge{state_.betas, state_.betaInformation};
+    BetaKnowledge knowledge{state_.betas, state_.betaInformation};
+    constexpr double kCertain = 1e9;
+    if (state_.betasHeld)
+      knowledge.information.diagonal().head(body).array() += kCertain;
+    return knowledge;
+  }
+
+  void learnBetas(const PoseSolution& solution) {
+    if (solution.betaInformation.size() == 0)
+      return;
+    const Eigen::VectorXd known = betas();
+    state_.betas = solution.parameters.betas;
+    if (state_.betasHeld)
+      state_.betas.head(known.size()) = known;
+    state_.betaInformation += kNewInformation * solution.betaInformation;
   }
 
   /// Which skin is bare.
@@ -298,8 +327,6 @@ class BodyTracker::Implementation {
       BodyParameters from = candidate.solution.parameters;
       normalize(from.pose);
       fine.betas = betaKnowledge();
-      if (fine.betas)
-        fine.betas->mean.setZero();
       candidate.solution = solvePose(*surface_, regularizer_, view, from, fine);
     }
     BodyParameters& found = candidate.solution.parameters;
@@ -368,10 +395,7 @@ class BodyTracker::Implementation {
         tracked.jointLost[j] = quality.jointLost[j] || tracked.jointDeviation[j] > kFarOff;
       if (state_.framesTracked > 0)
         addFrame(quality.jointUnseen, timestamp - state_.timestamp, state_.unseenSeconds);
-      if (!state_.betasHeld) {
-        state_.betas = solution.parameters.betas;
-        state_.betaInformation += kNewInformation * solution.betaInformation;
-      }
+      learnBetas(solution);
     }
     state_.before = wasLost || state_.framesTracked == 0 ? tracked.pose : state_.pose;
     state_.pose = tracked.pose;
@@ -403,8 +427,8 @@ TrackedBody BodyTracker::track(const DepthCloud& cloud, double timestamp) {
   return implementation_->track(cloud, timestamp);
 }
 
-const Eigen::VectorXd& BodyTracker::betas() const {
-  return implementation_->state().betas;
+Eigen::VectorXd BodyTracker::betas() const {
+  return implementation_->betas();
 }
 
 void BodyTracker::setBetas(const Eigen::VectorXd& betas) {

@@ -23,9 +23,9 @@ struct TrackerState {
   avatar::BodyPose before;       ///< of the one before
   double timestamp = 0.0;        ///< of the last frame [s]
   double timestampBefore = 0.0;  ///< of the one before [s]
-  Eigen::VectorXd betas;         ///< B
-  /// B × B: what the frames so far say about the betas (inverse covariance, relative to the
-  /// weights of the energy), the poses eliminated.
+  Eigen::VectorXd betas;         ///< B, and widths of clothes as in BodyParameters
+  /// What the frames so far say about them (inverse covariance, relative to the weights of the
+  /// energy), the poses eliminated.
   Eigen::MatrixXd betaInformation;
   /// kBetas × kBetas: what the frames so far say about the pose, see pose_uncertainty.h.
   Eigen::MatrixXd poseInformation;
@@ -62,8 +62,8 @@ class BodyTracker {
   /// std::invalid_argument when the cloud's size isn't the camera's or time doesn't increase.
   TrackedBody track(const DepthCloud& cloud, double timestamp);
 
-  /// B entries, as estimated so far or as given.
-  const Eigen::VectorXd& betas() const;
+  /// Of the body, as estimated so far or as given.
+  Eigen::VectorXd betas() const;
 
   /// The person's shape is known: no longer estimated. Throws std::invalid_argument for more
   /// entries than the model has, or values that are not finite.

@@ -19,7 +19,9 @@ constexpr double kNearSkin = 0.02;   // about half the samples' spacing: beyond 
 constexpr double kNearCloth = 0.04;  // folds move it sideways
 constexpr double kSleeve = 0.06;     // cloth hangs up to this far from the skin [m]
 constexpr double kFarCloth = 0.2;    // how much cloth farther than that pulls, relative to skin
-constexpr double kMaxPush = 0.03;    // E_inter pulls as if no deeper than this [m]
+/// What hangs from the hips swings by centimetres, twice as far as other cloth slips.
+constexpr double kSwinging = 0.2;
+constexpr double kMaxPush = 0.03;  // E_inter pulls as if no deeper than this [m]
 /// E_inter against E_data at λ = 1: noise puts half of the depth behind its surface, and ten times
 /// one side of it would push a body back that is right.
 constexpr double kInterShare = 0.3;
@@ -73,6 +75,9 @@ class Matcher {
     return odds / (1.0 + odds);
   }
 
+  /// How much a sample's place tells of the body.
+  static double firmness(const Sample& sample) { return 1.0 - sample.hanging * (1.0 - kSwinging); }
+
   /// A point of the surface against a plane through a depth pixel.
   void addPlane(
       int index, const DepthView::PixelSample& pixel, const Eigen::Vector3d& normal, double share) {
@@ -80,7 +85,7 @@ class Matcher {
     const double off = normal.dot(seen_.points.col(index) - pixel.point);  // > 0: in front of it
     const double both = barenessAt(sample, pixel.label, off);
     const double robust = gemanMcClureWeight(off, options_.robustScale);
-    const double data = share * options_.dataWeight * robust;
+    const double data = share * options_.dataWeight * firmness(sample) * robust;
     add(index, normal, off, data * both);
     if (both == 1.0 || sample.cloth) {
       return;
@@ -188,7 +193,7 @@ class Matcher {
       add(index,
           offset / distance,
           off,
-          0.5 * (both + (1.0 - both) * kFarCloth) * options_.dataWeight *
+          0.5 * (both + (1.0 - both) * kFarCloth) * options_.dataWeight * firmness(sample) *
               gemanMcClureWeight(off, 2.0 * options_.robustScale));
     }
   }

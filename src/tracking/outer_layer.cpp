@@ -1,10 +1,15 @@
 #include "src/tracking/outer_layer.h"
 
 #include "avatar/avatar_pose.h"
+#include "avatar/garment_openings.h"
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
+#include "avatar/hanging_cloth.h"
+
+#include <Eigen/QR>
 
 #include <algorithm>
+#include <array>
 
 namespace simulcap {
 namespace {
@@ -29,6 +34,96 @@ Eigen::VectorXd barenessOf(const avatar::TriangleMesh& body, const OuterLayer& l
   return bareness;
 }
 
+/// Does a hem of the garment go round both legs?
+bool coversLegsTogether(const avatar::Garment& garment, const avatar::AvatarBody& body) {
+  Eigen::Matrix3Xd joints(3, body.joints.cols());
+  Eigen::Index j = 0;
+  for (const Eigen::Isometry3d& frame : avatar::worldFromJoints(body, garment.bindPose))
+    joints.col(j++) = frame.translation();
+  const auto passes = [](const avatar::GarmentOpening& opening, int joint) {
+    return std::binary_search(opening.joints.begin(), opening.joints.end(), joint);
+  };
+  constexpr std::array<std::array<int, 2>, 2> kPairs = {
+      {{avatar::kLeftKnee, avatar::kRightKnee}, {avatar::kLeftAnkle, avatar::kRightAnkle}}};
+  for (const avatar::GarmentOpening& opening :
+       avatar::garmentOpenings(garment.mesh, joints, body.parents))
+    for (const auto& [left, right] : kPairs)
+      if (passes(opening, left) && passes(opening, right))
+        return true;
+  return false;
+}
+
+/// Per vertex, of the legs' share of it, how much hangs.
+Eigen::VectorXd hangingShares(const avatar::Garment& garment, const avatar::AvatarBody& body) {
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(garment.mesh.numVertices());
+  if (!coversLegsTogether(garment, body))
+    return shares;
+  const Eigen::Matrix3Xd skin = avatar::posedVertices(body, garment.bindPose);
+  const avatar::TriangleBvh bvh({skin, body.mesh.faces});
+  for (Eigen::Index v = 0; v < shares.size(); ++v) {
+    const Eigen::Vector3d vertex = garment.mesh.vertices.col(v);
+    shares[v] = avatar::hangingShare((bvh.closestPoint(vertex).point - vertex).norm());
+  }
+  return shares;
+}
+
+using SkinningWeights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+/// V × (J + 1).
+SkinningWeights layerWeights(const avatar::Garment& garment, const avatar::AvatarBody& body) {
+  const SkinningWeights& from = garment.skinningWeights;
+  const Eigen::VectorXd shares = hangingShares(garment, body);
+  std::vector<Eigen::Triplet<double>> weights;
+  for (Eigen::Index v = 0; v < from.rows(); ++v) {
+    double hanging = 0.0;
+    for (SkinningWeights::InnerIterator it(from, v); it; ++it) {
+      const auto joint = static_cast<int>(it.col());
+      const double hung = avatar::isOfLeg(joint) ? shares[v] * it.value() : 0.0;
+      hanging += hung;
+      if (it.value() > hung)
+        weights.emplace_back(static_cast<int>(v), joint, it.value() - hung);
+    }
+    if (hanging > 0.0)
+      weights.emplace_back(static_cast<int>(v), static_cast<int>(from.cols()), hanging);
+  }
+  SkinningWeights result(from.rows(), from.cols() + 1);
+  result.setFromTriplets(weights.begin(), weights.end());
+  return result;
+}
+
+/// J + 1 transforms from rest to a pose.
+std::vector<Eigen::Isometry3d> posedFromRest(
+    const avatar::AvatarBody& body, const avatar::BodyPose& pose) {
+  std::vector<Eigen::Isometry3d> transforms = avatar::worldFromJoints(body, pose);
+  const Eigen::Vector3d hips = transforms[avatar::kPelvis].translation();
+  for (std::size_t j = 0; j < transforms.size(); ++j)
+    transforms[j] =
+        transforms[j] * Eigen::Translation3d(-body.joints.col(static_cast<Eigen::Index>(j)));
+  transforms.push_back(avatar::plumbFromRest(body.joints.col(avatar::kPelvis), hips, pose));
+  return transforms;
+}
+
+/// The garment on the body at rest, 3 × V [m].
+Eigen::Matrix3Xd unposed(
+    const avatar::Garment& garment,
+    const SkinningWeights& weights,
+    const avatar::AvatarBody& body) {
+  constexpr double kCollapsed = 0.05;  // a singular value; a blend of rotations doesn't stretch
+  const std::vector<Eigen::Isometry3d> transforms = posedFromRest(body, garment.bindPose);
+  Eigen::Matrix3Xd vertices = garment.mesh.vertices;
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+    Eigen::Matrix<double, 3, 4> blend = Eigen::Matrix<double, 3, 4>::Zero();
+    for (SkinningWeights::InnerIterator it(weights, v); it; ++it)
+      blend += it.value() * transforms[static_cast<std::size_t>(it.col())].matrix().topRows<3>();
+    const Eigen::Vector3d vertex = vertices.col(v);
+    const Eigen::Vector3d missed = vertex - (blend.leftCols<3>() * vertex + blend.col(3));
+    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d> decomposition;
+    decomposition.setThreshold(kCollapsed).compute(blend.leftCols<3>());
+    vertices.col(v) += decomposition.solve(missed);
+  }
+  return vertices;
+}
+
 }  // namespace
 
 OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
@@ -41,21 +136,22 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
   OuterLayer layer;
   layer.restVertices.resize(3, numVertices);
   layer.faces.resize(3, numFaces);
+  layer.skinningWeights.resize(numVertices, std::ssize(avatar.body.parents) + 1);
   std::vector<Eigen::Triplet<double>> weights;
   Eigen::Index vertex = 0;
   Eigen::Index face = 0;
   for (const avatar::Garment& garment : avatar.garments) {
     const Eigen::Index count = garment.mesh.numVertices();
-    layer.restVertices.middleCols(vertex, count) = avatar::unposedVertices(garment, avatar.body);
+    const SkinningWeights own = layerWeights(garment, avatar.body);
+    layer.restVertices.middleCols(vertex, count) = unposed(garment, own, avatar.body);
     layer.faces.middleCols(face, garment.mesh.numFaces()) =
         garment.mesh.faces.array() + static_cast<int>(vertex);
     for (Eigen::Index v = 0; v < count; ++v)
-      for (decltype(layer.skinningWeights)::InnerIterator it(garment.skinningWeights, v); it; ++it)
+      for (SkinningWeights::InnerIterator it(own, v); it; ++it)
         weights.emplace_back(static_cast<int>(vertex + v), static_cast<int>(it.col()), it.value());
     vertex += count;
     face += garment.mesh.numFaces();
   }
-  layer.skinningWeights.resize(numVertices, static_cast<Eigen::Index>(avatar.body.parents.size()));
   layer.skinningWeights.setFromTriplets(weights.begin(), weights.end());
   layer.skinningWeights.makeCompressed();
   layer.bareness = barenessOf(avatar.body.mesh, layer);

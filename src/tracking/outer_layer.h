@@ -15,12 +15,17 @@ namespace simulcap {
 struct OuterLayer {
   Eigen::Matrix3Xd restVertices;  ///< 3 × V [m], taken back to the body's rest pose
   Eigen::Matrix3Xi faces;         ///< 3 × F
-  Eigen::SparseMatrix<double, Eigen::RowMajor> skinningWeights;  ///< V × J, rows sum to 1
+  /// V × (J + 1), rows sum to 1; the last column: of what hangs plumb from the hips.
+  Eigen::SparseMatrix<double, Eigen::RowMajor> skinningWeights;
   Eigen::VectorXd bareness;  ///< of the body's vertices: 0 under cloth … 1 bare
+  /// Off: measured with poses that weren't known well, which drew everything to the camera, from
+  /// all sides: too narrow.
+  bool widthKnown = true;
 };
 
-/// All garments of an avatar, each from its own bind pose. Vertices that the blended transform of
-/// the bind pose can't be undone for (a singular blend) stay as they are bound.
+/// All garments of an avatar, each from its own bind pose. What goes round both legs together hangs
+/// from the hips where it is off their skin. Where the blended transform of the bind pose collapses
+/// (opposite rotations), a vertex moves as little as gives the nearest solution.
 OuterLayer outerLayer(const avatar::LayeredAvatar& avatar);
 
 }  // namespace simulcap

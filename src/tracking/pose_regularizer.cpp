@@ -94,11 +94,14 @@ double PoseRegularizer::add(
   energy += kLimit * limits.residual.head<kTracked>().squaredNorm();
 
   static const Eigen::VectorXd kAxes = axisStiffness();
+  Eigen::VectorXd axes = kAxes;
+  for (const int joint : {kLeftHip, kRightHip, kLeftKnee, kRightKnee})
+    axes[3 * joint] += weights.straightLegs;
   const Eigen::VectorXd rotations =
       parameters.pose.jointRotations.head<TrackingLayout::kTranslation>();
-  equations.matrix.diagonal().head<TrackingLayout::kTranslation>() += kAxes;
-  equations.gradient.head<TrackingLayout::kTranslation>() += kAxes.cwiseProduct(rotations);
-  energy += rotations.cwiseAbs2().dot(kAxes);
+  equations.matrix.diagonal().head<TrackingLayout::kTranslation>() += axes;
+  equations.gradient.head<TrackingLayout::kTranslation>() += axes.cwiseProduct(rotations);
+  energy += rotations.cwiseAbs2().dot(axes);
 
   const Eigen::VectorXd& stiffness = temporalStiffness();
   Eigen::VectorXd off(TrackingLayout::kBetas);

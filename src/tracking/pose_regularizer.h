@@ -17,8 +17,9 @@ class PoseRegularizer {
   explicit PoseRegularizer(avatar::PosePrior prior);
 
   struct Weights {
-    double prior = 0.01;    ///< λ_pri
-    double temporal = 1.0;  ///< how firmly the prediction holds, ≥ 0; 0: there is none
+    double prior = 0.01;        ///< λ_pri
+    double straightLegs = 0.0;  ///< resistance to bent hips and knees [per rad²]
+    double temporal = 1.0;      ///< how firmly the prediction holds, ≥ 0; 0: there is none
   };
 
   /// Adds the gradient and Gauss–Newton matrix at `parameters`; returns the energy there. The

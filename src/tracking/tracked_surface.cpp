@@ -2,6 +2,7 @@
 
 #include "avatar/axis_angle.h"
 #include "avatar/geometry/measures.h"
+#include "avatar/motion.h"
 
 #include <Eigen/Geometry>
 
@@ -57,23 +58,87 @@ JointSampling samplingOf(int joint) {
 
 void requireSmplFamily(const BodyModel& model) {
   avatar::requireValid(model);
-  if (model.numJoints() < avatar::kNumSmplJoints || model.numJoints() > kMostModelJoints ||
+  if (model.numJoints() < avatar::kNumSmplJoints || model.numJoints() >= kMostModelJoints ||
       !std::equal(
           avatar::kSmplParents.begin(),
           avatar::kSmplParents.begin() + kNumTrackedJoints,
           model.parents.begin())) {
     throw std::invalid_argument(
-        "TrackedSurface: the body's first 22 of 24 to 64 joints must be SMPL's");
+        "TrackedSurface: the body's first 22 of 24 to 63 joints must be SMPL's");
+  }
+}
+
+BodyModel truncated(BodyModel model) {
+  if (model.numBetas() > kMaxBetas) {
+    model.shapeDirections = model.shapeDirections.leftCols(kMaxBetas).eval();
+  }
+  return model;
+}
+
+/// J + 1 rows of a regressor for more vertices: the pelvis once more.
+SkinningWeights withHips(const SkinningWeights& regressor, Eigen::Index numVertices) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Eigen::Index joint = 0; joint <= regressor.rows(); ++joint)
+    for (SkinningWeights::InnerIterator it(regressor, joint % regressor.rows()); it; ++it)
+      entries.emplace_back(static_cast<int>(joint), static_cast<int>(it.col()), it.value());
+  SkinningWeights result(regressor.rows() + 1, numVertices);
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
+int clothRegion(int joint) {
+  using enum avatar::SmplJoint;
+  switch (joint) {
+    case kPelvis:
+    case kLeftHip:
+    case kRightHip:
+      return 0;
+    case kLeftKnee:
+    case kRightKnee:
+    case kLeftAnkle:
+    case kRightAnkle:
+    case kLeftFoot:
+    case kRightFoot:
+      return 1;
+    case kSpine1:
+    case kSpine2:
+    case kSpine3:
+    case kNeck:
+    case kLeftCollar:
+    case kRightCollar:
+    case kHead:
+      return 2;
+    default:
+      return 3;
+  }
+}
+
+/// Shapes that make parts of the layer wider, by 1 cm each.
+void addWidths(const OuterLayer& layer, BodyModel& model) {
+  constexpr double kUnit = 0.01;  // [m]
+  const Eigen::Matrix3Xd normals = avatar::vertexNormals({layer.restVertices, layer.faces});
+  const Eigen::Index first = model.shapeDirections.cols();
+  const Eigen::Index firstRow = model.shapeDirections.rows() - 3 * normals.cols();
+  const Eigen::Index plumb = layer.skinningWeights.cols() - 1;
+  model.shapeDirections.conservativeResize(Eigen::NoChange, first + kNumClothRegions);
+  model.shapeDirections.rightCols(kNumClothRegions).setZero();
+  for (Eigen::Index v = 0; v < normals.cols(); ++v) {
+    for (SkinningWeights::InnerIterator it(layer.skinningWeights, v); it; ++it) {
+      const int region =
+          it.col() == plumb ? kNumClothRegions - 1 : clothRegion(static_cast<int>(it.col()));
+      model.shapeDirections.col(first + region).segment<3>(firstRow + 3 * v) +=
+          it.value() * kUnit * normals.col(v);
+    }
   }
 }
 
 /// The body with the layer's vertices behind its own, which neither betas nor pose blend shapes
-/// move.
+/// move, and with one joint more at the pelvis, which carries what hangs from there.
 BodyModel withLayer(const BodyModel& body, const OuterLayer& layer) {
   const Eigen::Index numBody = body.numVertices();
   const Eigen::Index numAll = numBody + layer.restVertices.cols();
   if (layer.skinningWeights.rows() != layer.restVertices.cols() ||
-      layer.skinningWeights.cols() != body.numJoints()) {
+      layer.skinningWeights.cols() != body.numJoints() + 1) {
     throw std::invalid_argument("TrackedSurface: the outer layer has another body's joints");
   }
   BodyModel model = body;
@@ -87,7 +152,11 @@ BodyModel withLayer(const BodyModel& body, const OuterLayer& layer) {
       block.conservativeResizeLike(Eigen::MatrixXf::Zero(3 * numAll, 9));
     }
   }
-  model.jointRegressor.conservativeResize(body.numJoints(), numAll);
+  model.parents.push_back(avatar::kPelvis);
+  model.poseDirections.emplace_back();
+  model.jointRegressor = withHips(body.jointRegressor, numAll);
+  if (!layer.widthKnown)
+    addWidths(layer, model);
   std::vector<Eigen::Triplet<double>> weights;
   const auto append = [&](const SkinningWeights& from, Eigen::Index first) {
     for (Eigen::Index v = 0; v < from.rows(); ++v)
@@ -96,16 +165,9 @@ BodyModel withLayer(const BodyModel& body, const OuterLayer& layer) {
   };
   append(body.skinningWeights, 0);
   append(layer.skinningWeights, numBody);
-  model.skinningWeights.resize(numAll, body.numJoints());
+  model.skinningWeights.resize(numAll, model.numJoints());
   model.skinningWeights.setFromTriplets(weights.begin(), weights.end());
   model.skinningWeights.makeCompressed();
-  return model;
-}
-
-BodyModel truncated(BodyModel model) {
-  if (model.numBetas() > kMaxBetas) {
-    model.shapeDirections = model.shapeDirections.leftCols(kMaxBetas).eval();
-  }
   return model;
 }
 
@@ -198,7 +260,9 @@ std::vector<TrackedSurface::Sample> chosenSamples(
       double bareness = samplingOf(joint).bareness;
       if (isKnown)
         bareness = cloth ? 0.0 : layer->bareness[vertex];
-      samples.push_back({vertex, joint, cloth, bareness});
+      const double hanging =
+          cloth ? model.skinningWeights.coeff(vertex, model.numJoints() - 1) : 0.0;
+      samples.push_back({vertex, joint, cloth, bareness, hanging});
     }
   };
   const int numCloth = static_cast<int>(model.numVertices()) - numBodyVertices;
@@ -252,10 +316,12 @@ std::vector<Eigen::Matrix3Xd> posedJointShapeDerivatives(
 }  // namespace
 
 TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const OuterLayer* layer)
-    : whole_((requireSmplFamily(body), truncated(layer ? withLayer(body, *layer) : body))),
+    : whole_(
+          (requireSmplFamily(body), layer ? withLayer(truncated(body), *layer) : truncated(body))),
       numBodyVertices_(static_cast<int>(body.numVertices())),
       numBodyFaces_(static_cast<int>(body.numFaces())),
       numBetas_(whole_.numBetas()),
+      numBodyBetas_(std::min(kMaxBetas, body.numBetas())),
       samples_(chosenSamples(whole_, numBodyVertices_, layer, numSamples)),
       restJointShapeDerivatives_(jointShapeDerivatives(whole_)),
       wholeSkinning_(whole_),
@@ -270,6 +336,9 @@ TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const Oute
     normalShapes_.row(i) =
         restNormals_.col(i).transpose() * sampled_.shapeDirections.middleRows<3>(3 * i);
   templateJoints_ = (whole_.jointRegressor * whole_.templateVertices.transpose()).transpose();
+  constexpr double kFree = 0.9;
+  coversLegs_ = std::any_of(
+      samples_.begin(), samples_.end(), [](const Sample& s) { return s.hanging > kFree; });
 }
 
 int TrackedSurface::numBodySamples() const {
@@ -295,10 +364,25 @@ avatar::ShapedBody TrackedSurface::shapedSamples(const Eigen::VectorXd& betas) c
   return shaped;
 }
 
+avatar::BodyPose TrackedSurface::withPlumb(const avatar::BodyPose& pose) const {
+  if (!knowsClothes())
+    return pose;
+  avatar::BodyPose whole = pose;
+  const Eigen::Index plumb = 3 * plumbJoint();
+  whole.jointRotations.setZero(plumb + 3);
+  const Eigen::Index given = std::min(pose.jointRotations.size(), plumb);
+  whole.jointRotations.head(given) = pose.jointRotations.head(given);
+  const Eigen::Quaterniond upright(
+      Eigen::AngleAxisd(avatar::heading(pose), Eigen::Vector3d::UnitY()));
+  whole.jointRotations.tail<3>() = avatar::axisAngleFromQuaternion(
+      avatar::quaternionFromAxisAngle(pose.jointRotations.head<3>()).conjugate() * upright);
+  return whole;
+}
+
 PosedSamples TrackedSurface::pose(
     const BodyParameters& parameters, bool withShapeDerivatives) const {
   const avatar::ShapedBody shaped = shapedSamples(parameters.betas);
-  avatar::SkinnedBody body = sampledSkinning_.pose(shaped, parameters.pose);
+  avatar::SkinnedBody body = sampledSkinning_.pose(shaped, withPlumb(parameters.pose));
   PosedSamples posed;
   posed.normals = blendedNormals(sampled_, restNormals_, body.worldFromJoint);
   posed.positions = std::move(body.vertices);
@@ -322,7 +406,8 @@ PosedSamples TrackedSurface::pose(
 }
 
 Eigen::Matrix3Xd TrackedSurface::posedVertices(const BodyParameters& parameters) const {
-  return wholeSkinning_.pose(wholeSkinning_.shape(parameters.betas), parameters.pose).vertices;
+  return wholeSkinning_.pose(wholeSkinning_.shape(parameters.betas), withPlumb(parameters.pose))
+      .vertices;
 }
 
 }  // namespace simulcap

@@ -13,14 +13,19 @@ namespace simulcap {
 /// models of the family have elsewhere.
 inline constexpr int kNumTrackedJoints = 22;
 
-/// More joints than any model of the family has (SMPL-X: 55).
+/// More joints than any model of the family has (SMPL-X: 55), and one for what hangs.
 inline constexpr int kMostModelJoints = 64;
 
 /// What is looked for in depth: pose and the first betas.
 struct BodyParameters {
   avatar::BodyPose pose;  ///< 24 joints
-  Eigen::VectorXd betas;  ///< B
+  /// B; with an outer layer of unknown width more: how much wider it is than it was measured [cm],
+  /// in kNumClothRegions parts.
+  Eigen::VectorXd betas;
 };
+
+/// Parts of clothes whose widths err alike: seat and thighs, shins, trunk, sleeves, what hangs.
+inline constexpr int kNumClothRegions = 5;
 
 /// Where the parameters stand in the solver's vector: 66 of the tracked joints (axis-angle), 3 of
 /// the translation, B betas.
@@ -51,6 +56,7 @@ class TrackedSurface {
     bool cloth = false;  ///< on the outer layer
     /// How likely the skin is bare here when nobody labelled the cloth, in [0, 1].
     double bareness = 0.0;
+    double hanging = 0.0;  ///< how much of the cloth hangs plumb from the hips, in [0, 1]
   };
 
   /// Throws std::invalid_argument unless the body is of SMPL's family and the layer has its joints.
@@ -71,7 +77,18 @@ class TrackedSurface {
   /// Whether there is an outer layer.
   bool knowsClothes() const { return numBodyFaces_ < whole_.numFaces(); }
 
+  /// The joint of model() that carries what hangs plumb from the hips; −1 without an outer layer.
+  /// It follows the pelvis, upright, and is not looked for itself.
+  int plumbJoint() const { return knowsClothes() ? whole_.numJoints() - 1 : -1; }
+
+  /// Does cloth hang about the legs that isn't carried by them?
+  bool coversLegs() const { return coversLegs_; }
+
+  /// Of BodyParameters.
   int numBetas() const { return numBetas_; }
+
+  /// Those of them that shape the body.
+  int numBodyBetas() const { return numBodyBetas_; }
 
   /// Those of the body first.
   const std::vector<Sample>& samples() const { return samples_; }
@@ -99,10 +116,12 @@ class TrackedSurface {
   Eigen::Matrix3Xd posedVertices(const BodyParameters& parameters) const;
 
  private:
+  avatar::BodyPose withPlumb(const avatar::BodyPose& pose) const;
   avatar::ShapedBody shapedSamples(const Eigen::VectorXd& betas) const;
 
   avatar::BodyModel whole_, sampled_;
-  int numBodyVertices_ = 0, numBodyFaces_ = 0, numBetas_ = 0;
+  int numBodyVertices_ = 0, numBodyFaces_ = 0, numBetas_ = 0, numBodyBetas_ = 0;
+  bool coversLegs_ = false;
   std::vector<Sample> samples_;
   Eigen::Matrix3Xd restNormals_;     // 3 × N, of the mean shape
   Eigen::Matrix3Xd templateJoints_;  // 3 × J

@@ -103,9 +103,7 @@ class WrenchSums {
       const SamplePull& pull,
       std::size_t index) {
     const auto k = static_cast<std::size_t>(bone.col());
-    const Eigen::Vector3d x =
-        at_.worldFromJoint[k] *
-        Eigen::Vector3d(at_.rest.col(sample) - at_.restJoints.col(bone.col()));
+    const Eigen::Vector3d x = leverEnd(bone.col(), sample);
     Lever& lever = levers_[index];
     lever << 0.0, -x.z(), x.y(), x.z(), 0.0, -x.x(), -x.y(), x.x(), 0.0,
         Eigen::Matrix3d::Identity();
@@ -115,6 +113,15 @@ class WrenchSums {
     const Lever weighted = lever * pull.stiffness;
     for (std::size_t other = 0; other <= index; ++other)
       addPair(index, other, weighted * levers_[other].transpose());
+  }
+
+  /// Where a bone carries a sample. What hangs only goes where the hips go: how it swings doesn't
+  /// tell how they turn.
+  Eigen::Vector3d leverEnd(Eigen::Index bone, int sample) const {
+    const Eigen::Isometry3d& frame = at_.worldFromJoint[static_cast<std::size_t>(bone)];
+    if (bone == surface_.plumbJoint())
+      return frame.translation();
+    return frame * Eigen::Vector3d(at_.rest.col(sample) - at_.restJoints.col(bone));
   }
 
   void addPair(std::size_t index, std::size_t other, const WrenchPair& product) {

@@ -50,11 +50,12 @@ TEST(DepthMatches, LeaveABodyInKnownClothesWhereItIsThoughDepthIsNoisy) {
   avatar::BodyModel dressed = model;
   dressed.templateVertices +=
       options.clothOffset * avatar::vertexNormals({model.templateVertices, model.faces});
-  const OuterLayer clothes{
+  OuterLayer clothes{
       dressed.templateVertices,
       dressed.faces,
       dressed.skinningWeights,
       Eigen::VectorXd::Zero(model.numVertices())};
+  clothes.skinningWeights.conservativeResize(model.numVertices(), model.numJoints() + 1);
   const avatar::Camera camera = test::smallCamera();
   const TrackedSurface surface(model, 1500, &clothes);
   const BodyParameters truth{avatar::BodyPose(), Eigen::VectorXd::Zero(surface.numBetas())};
