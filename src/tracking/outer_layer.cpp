@@ -137,7 +137,6 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
   layer.restVertices.resize(3, numVertices);
   layer.faces.resize(3, numFaces);
   layer.skinningWeights.resize(numVertices, std::ssize(avatar.body.parents) + 1);
-  std::vector<Eigen::Triplet<double>> weights;
   Eigen::Index vertex = 0;
   Eigen::Index face = 0;
   for (const avatar::Garment& garment : avatar.garments) {
@@ -146,14 +145,15 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
     layer.restVertices.middleCols(vertex, count) = unposed(garment, own, avatar.body);
     layer.faces.middleCols(face, garment.mesh.numFaces()) =
         garment.mesh.faces.array() + static_cast<int>(vertex);
-    for (Eigen::Index v = 0; v < count; ++v)
+    for (Eigen::Index v = 0; v < count; ++v) {
+      layer.skinningWeights.startVec(vertex + v);
       for (SkinningWeights::InnerIterator it(own, v); it; ++it)
-        weights.emplace_back(static_cast<int>(vertex + v), static_cast<int>(it.col()), it.value());
+        layer.skinningWeights.insertBack(vertex + v, it.col()) = it.value();
+    }
     vertex += count;
     face += garment.mesh.numFaces();
   }
-  layer.skinningWeights.setFromTriplets(weights.begin(), weights.end());
-  layer.skinningWeights.makeCompressed();
+  layer.skinningWeights.finalize();
   layer.bareness = barenessOf(avatar.body.mesh, layer);
   return layer;
 }

@@ -155,7 +155,7 @@ BodyModel withLayer(const BodyModel& body, const OuterLayer& layer) {
   model.parents.push_back(avatar::kPelvis);
   model.poseDirections.emplace_back();
   model.jointRegressor = withHips(body.jointRegressor, numAll);
-  if (!layer.widthKnown)
+  if (!layer.widthKnown && layer.faces.cols() > 0)
     addWidths(layer, model);
   std::vector<Eigen::Triplet<double>> weights;
   const auto append = [&](const SkinningWeights& from, Eigen::Index first) {

@@ -101,6 +101,50 @@ TEST(SceneRun, PartsThatAreNotNamedAreNotBuilt) {
   EXPECT_LT((run.vertices(0) - stage.cloths[0].start).cwiseAbs().maxCoeff(), 1e-6);  // nothing acts
 }
 
+TEST(SceneRun, CalmedClothesKeepTheirPlaceAndAShareOfTheirVelocity) {
+  Scene scene;  // no wind, no body: two sheets fall
+  scene.garments = {sheetAt({0.0, 1.0, 0.0}), sheetAt({1.0, 1.0, 0.0}, {"top"})};
+  scene.garments[1].name = "pinned";
+  const Stage stage = setStage(scene);
+  SceneRun run(scene, stage, 1);
+  SceneRun twin(scene, stage, 1);
+  run.advance();
+  twin.advance();
+  constexpr double kShare = 0.7;
+  run.calm(kShare);
+  for (int cloth = 0; cloth < 2; ++cloth) {
+    EXPECT_EQ(run.vertices(cloth), twin.vertices(cloth));
+    const Eigen::Matrix3Xd before = twin.world().velocities(cloth);
+    ASSERT_GT(before.colwise().norm().maxCoeff(), 0.1) << "9.8 m/s² for a frame";
+    // Rounded to float32.
+    EXPECT_LT(
+        (run.world().velocities(cloth) - kShare * before).cwiseAbs().maxCoeff(),
+        1e-7 * before.cwiseAbs().maxCoeff());
+  }
+  EXPECT_TRUE(run.advance().stable);
+  const StagedCloth& pinned = stage.cloths[1];
+  for (const int pin : pinned.pins)
+    EXPECT_LT((run.vertices(1).col(pin) - pinned.start.col(pin)).norm(), 1e-6);
+}
+
+TEST(SceneRun, CalmedClothesComeToRestSooner) {
+  // A sheet that lies level and is held by its upper edge swings down and past the plumb line.
+  Scene scene;
+  SceneGarment garment = sheetAt({0.0, 1.0, 0.0}, {"top"});
+  std::get<ClothSheet>(garment.source).placement.rotationDegrees = {60.0, 0.0, 0.0};
+  scene.garments = {garment};
+  const Stage stage = setStage(scene);
+  const auto speedAfter = [&](double share) {
+    SceneRun run(scene, stage, 1);
+    for (int frame = 0; frame < 60; ++frame) {
+      run.advance();
+      run.calm(share);
+    }
+    return run.world().velocities(0).colwise().norm().mean();
+  };
+  EXPECT_LT(speedAfter(0.7), 0.1 * speedAfter(1.0));
+}
+
 TEST(SceneRun, RefusesTooFewSubstepsAndChoosesEnough) {
   Scene scene;
   scene.garments.push_back(sheetAt({0.0, 1.0, 0.0}, {"top"}));

@@ -16,6 +16,8 @@
 #include <cmath>
 #include <functional>
 #include <initializer_list>
+#include <numeric>
+#include <vector>
 
 /// What the tracker makes of skin that nobody sees.
 namespace simulcap {
@@ -180,6 +182,91 @@ TEST(BodyTracker, HipsThatAreNotSeenDoNotGrowWithTheShirt) {
     return at.y() < hips + 0.05 && at.y() > hips - 0.3 && std::abs(at.x()) < 0.25;
   });
   EXPECT_LT(std::abs(thicker), 0.006);  // of the shirt's 2 cm
+}
+
+/// The covered parts of a dressed body of one shape as clothes that follow it.
+OuterLayer clothesOf(
+    const avatar::BodyModel& dressed, const Eigen::VectorXd& betas, const Region& covered) {
+  const avatar::BodyModel& model = avatar::defaultBody();
+  std::vector<Eigen::Index> kept;
+  std::vector<int> place(static_cast<std::size_t>(model.numVertices()), -1);
+  for (Eigen::Index v = 0; v < model.numVertices(); ++v) {
+    if (!covered(model.templateVertices.col(v)))
+      continue;
+    place[static_cast<std::size_t>(v)] = static_cast<int>(kept.size());
+    kept.push_back(v);
+  }
+  OuterLayer layer;
+  layer.restVertices = avatar::shapedVertices(dressed, betas)(Eigen::all, kept);
+  layer.bareness = Eigen::VectorXd::Ones(model.numVertices());
+  layer.skinningWeights.resize(std::ssize(kept), model.numJoints() + 1);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    layer.bareness[kept[i]] = 0.0;
+    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(
+             model.skinningWeights, kept[i]);
+         it;
+         ++it)
+      layer.skinningWeights.insert(static_cast<Eigen::Index>(i), it.col()) = it.value();
+  }
+  layer.skinningWeights.makeCompressed();
+  std::vector<Eigen::Vector3i> faces;
+  for (const auto& face : model.faces.colwise()) {
+    const Eigen::Vector3i corners =
+        face.unaryExpr([&](int vertex) { return place[static_cast<std::size_t>(vertex)]; });
+    if (corners.minCoeff() >= 0)
+      faces.push_back(corners);
+  }
+  layer.faces.resize(3, std::ssize(faces));
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    layer.faces.col(static_cast<Eigen::Index>(f)) = faces[f];
+  return layer;
+}
+
+/// How far the hips are found nearer to the camera than they are, frame by frame of a turn once
+/// round of somebody whose shape is known [m].
+std::vector<double> pullToCamera(
+    const avatar::BodyModel& dressed, const Eigen::VectorXd& betas, const OuterLayer& clothes) {
+  const avatar::Camera camera = test::smallCamera();
+  BodyTracker tracker = coarseTracker(camera);
+  tracker.setOuterLayer(clothes);
+  tracker.setBetas(betas);
+  std::vector<double> pull;
+  for (int i = 0; i < 42; ++i) {
+    avatar::BodyPose pose = avatar::aPose();
+    pose.jointRotations.y() = 0.15 * i;
+    DepthCloud cloud = test::renderedCloud(dressed, betas, pose, camera);
+    cloud.labels.clear();
+    const TrackedBody found = tracker.track(cloud, i / 30.0);
+    EXPECT_NE(found.status, TrackingStatus::kLost) << i;
+    EXPECT_EQ(tracker.betas(), betas) << i;
+    pull.push_back(found.pose.translation.z());  // the truth is at 0, the camera at +z
+  }
+  return pull;
+}
+
+TEST(BodyTracker, ClothesMeasuredTooNarrowSoonDrawNobodyToTheCamera) {
+  constexpr double kGap = 0.05;        // [m]
+  constexpr double kTooNarrow = 0.02;  // [m]
+  const Eigen::Matrix3Xd joints = restJoints();
+  const auto isCovered = [&](const Eigen::Vector3d& at) {
+    return at.y() < joints(1, avatar::kNeck) && at.y() > joints(1, avatar::kLeftAnkle) &&
+           std::abs(at.x()) < joints(0, avatar::kLeftWrist);
+  };
+  const avatar::BodyModel dressed = clothed(kGap, isCovered);
+  const Eigen::VectorXd betas = Eigen::VectorXd::LinSpaced(10, -0.5, 0.5);
+  OuterLayer clothes = clothesOf(clothed(kGap - kTooNarrow, isCovered), betas, isCovered);
+  const std::vector<double> known = pullToCamera(dressed, betas, clothes);
+  clothes.widthKnown = false;
+  const std::vector<double> learned = pullToCamera(dressed, betas, clothes);
+  const auto meanOf = [](const std::vector<double>& values, std::ptrdiff_t last) {
+    return std::accumulate(values.end() - last, values.end(), 0.0) / static_cast<double>(last);
+  };
+  // Half a cylinder is met all over by planes d before it after a step of d · Σ cos φ / Σ cos² φ =
+  // 4/π d, 2.5 cm; hands, feet and head, which fit where they are, hold it back a little.
+  EXPECT_GT(meanOf(known, 42), kTooNarrow);
+  // One side of a cylinder doesn't tell whether it is nearer or wider: that takes some of the turn.
+  EXPECT_LT(std::abs(meanOf(learned, 42)), 0.5 * meanOf(known, 42));
+  EXPECT_LT(std::abs(meanOf(learned, 10)), 0.25 * meanOf(known, 10));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "src/tracking/pose_regularizer.h"
 #include "src/tracking/pose_uncertainty.h"
 #include "tests/support/gradient_check.h"
+#include "tests/support/sample_avatar.h"
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
@@ -51,9 +52,8 @@ BodyParameters shifted(BodyParameters parameters, const Eigen::VectorXd& x) {
   return parameters;
 }
 
-TEST(TreeEquations, AreTheNormalEquationsOfTheFiniteDifferences) {
-  const avatar::BodyModel model = rigidlySkinnedBody();
-  const TrackedSurface surface(model, 300);
+/// Of rows and columns from `first` on.
+void expectFiniteDifferences(const TrackedSurface& surface, Eigen::Index first) {
   const BodyParameters parameters = bentBody(surface);
   const auto constraints = someConstraints(surface);
   Eigen::VectorXd x(TrackingLayout::kBetas + surface.numBetas());
@@ -68,7 +68,8 @@ TEST(TreeEquations, AreTheNormalEquationsOfTheFiniteDifferences) {
     }
     return values;
   };
-  const Eigen::MatrixXd rows = avatar::test::numericJacobian(movements, x);
+  const Eigen::Index numCompared = x.size() - first;
+  const Eigen::MatrixXd rows = avatar::test::numericJacobian(movements, x).rightCols(numCompared);
   Eigen::VectorXd weights(rows.rows());
   Eigen::VectorXd residuals(rows.rows());
   for (std::size_t i = 0; i < constraints.size(); ++i) {
@@ -78,15 +79,57 @@ TEST(TreeEquations, AreTheNormalEquationsOfTheFiniteDifferences) {
   const auto equations = treeEquations(surface, surface.pose(parameters, true), constraints);
   const Eigen::MatrixXd expected = rows.transpose() * weights.asDiagonal() * rows;
   const Eigen::MatrixXd lower = expected.triangularView<Eigen::Lower>();
-  const Eigen::MatrixXd found = equations.matrix.triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd all = equations.matrix.triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd found = all.bottomRightCorner(numCompared, numCompared);
   // 1e-8: the numeric derivative's error, 1e-11, times entries of up to some hundred.
   EXPECT_LT((found - lower).cwiseAbs().maxCoeff(), 1e-8 * (1.0 + lower.cwiseAbs().maxCoeff()));
   const Eigen::VectorXd gradient = rows.transpose() * weights.cwiseProduct(residuals);
-  EXPECT_LT((equations.gradient - gradient).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((equations.gradient.tail(numCompared) - gradient).cwiseAbs().maxCoeff(), 1e-8);
   EXPECT_NEAR(
       equations.weightedSquares,
       residuals.cwiseAbs2().dot(weights),
       1e-12);  // sums of the same numbers
+}
+
+TEST(TreeEquations, AreTheNormalEquationsOfTheFiniteDifferences) {
+  expectFiniteDifferences(TrackedSurface(rigidlySkinnedBody(), 300), 0);
+}
+
+OuterLayer shirtAndSkirt(const avatar::BodyModel& model) {
+  OuterLayer layer =
+      outerLayer(avatar::test::dressedAvatar(model, Eigen::VectorXd::Zero(model.numBetas())));
+  layer.widthKnown = false;
+  return layer;
+}
+
+TEST(TreeEquations, AreThoseOfClothesTooButForTheTurnOfWhatHangs) {
+  const avatar::BodyModel model = rigidlySkinnedBody();
+  const OuterLayer clothes = shirtAndSkirt(model);
+  const TrackedSurface surface(model, 600, &clothes);
+  ASSERT_EQ(surface.numBetas(), surface.numBodyBetas() + kNumClothRegions);
+  ASSERT_TRUE(surface.coversLegs());
+  constexpr Eigen::Index kRoot = 3;  // the only rotation that what hangs turns with
+  expectFiniteDifferences(surface, kRoot);
+}
+
+TEST(TreeEquations, WhatHangsTellsWhereTheHipsAreAndNotHowTheyTurn) {
+  const avatar::BodyModel model = rigidlySkinnedBody();
+  const OuterLayer clothes = shirtAndSkirt(model);
+  const TrackedSurface surface(model, 600, &clothes);
+  std::vector<SurfaceConstraint> constraints;
+  for (int i = 0; i < static_cast<int>(surface.samples().size()); ++i)
+    if (surface.samples()[static_cast<std::size_t>(i)].hanging > 1.0 - 1e-12)  // rows' rounding
+      constraints.push_back({i, Eigen::Vector3d(0.6, 0.0, 0.8), 0.03, 1.0});
+  ASSERT_GT(constraints.size(), 10U);
+  const auto equations = treeEquations(surface, surface.pose(bentBody(surface), true), constraints);
+  const Eigen::MatrixXd matrix = equations.matrix.triangularView<Eigen::Lower>();
+  constexpr int kRotations = TrackingLayout::kTranslation;
+  // Sums of some dozen products of numbers below 1, whose terms cancel.
+  EXPECT_LT(equations.gradient.head<kRotations>().cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT(matrix.leftCols<kRotations>().cwiseAbs().maxCoeff(), 1e-12);
+  const auto count = static_cast<double>(constraints.size());
+  const Eigen::Vector3d pull = equations.gradient.segment<3>(TrackingLayout::kTranslation);
+  EXPECT_LT((pull - 0.03 * count * Eigen::Vector3d(0.6, 0.0, 0.8)).norm(), 1e-12);
 }
 
 /// Positive definite.
