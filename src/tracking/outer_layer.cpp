@@ -2,6 +2,7 @@
 
 #include "avatar/avatar_pose.h"
 #include "avatar/garment_openings.h"
+#include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/hanging_cloth.h"
@@ -34,8 +35,12 @@ Eigen::VectorXd barenessOf(const avatar::TriangleMesh& body, const OuterLayer& l
   return bareness;
 }
 
-/// Does a hem of the garment go round both legs?
+/// Does a hem of the garment go round both legs? Not known where faces don't agree on their edges.
 bool coversLegsTogether(const avatar::Garment& garment, const avatar::AvatarBody& body) {
+  const avatar::TriangleMesh& mesh = garment.mesh;
+  const avatar::Topology shape = avatar::topology(mesh.faces, mesh.numVertices());
+  if (!shape.edgeManifold || !shape.oriented)
+    return false;
   Eigen::Matrix3Xd joints(3, body.joints.cols());
   Eigen::Index j = 0;
   for (const Eigen::Isometry3d& frame : avatar::worldFromJoints(body, garment.bindPose))
@@ -45,8 +50,7 @@ bool coversLegsTogether(const avatar::Garment& garment, const avatar::AvatarBody
   };
   constexpr std::array<std::array<int, 2>, 2> kPairs = {
       {{avatar::kLeftKnee, avatar::kRightKnee}, {avatar::kLeftAnkle, avatar::kRightAnkle}}};
-  for (const avatar::GarmentOpening& opening :
-       avatar::garmentOpenings(garment.mesh, joints, body.parents))
+  for (const avatar::GarmentOpening& opening : avatar::garmentOpenings(mesh, joints, body.parents))
     for (const auto& [left, right] : kPairs)
       if (passes(opening, left) && passes(opening, right))
         return true;
@@ -73,21 +77,21 @@ using SkinningWeights = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 SkinningWeights layerWeights(const avatar::Garment& garment, const avatar::AvatarBody& body) {
   const SkinningWeights& from = garment.skinningWeights;
   const Eigen::VectorXd shares = hangingShares(garment, body);
-  std::vector<Eigen::Triplet<double>> weights;
+  SkinningWeights result(from.rows(), from.cols() + 1);
   for (Eigen::Index v = 0; v < from.rows(); ++v) {
+    result.startVec(v);
     double hanging = 0.0;
     for (SkinningWeights::InnerIterator it(from, v); it; ++it) {
-      const auto joint = static_cast<int>(it.col());
-      const double hung = avatar::isOfLeg(joint) ? shares[v] * it.value() : 0.0;
+      const double hung =
+          avatar::isOfLeg(static_cast<int>(it.col())) ? shares[v] * it.value() : 0.0;
       hanging += hung;
       if (it.value() > hung)
-        weights.emplace_back(static_cast<int>(v), joint, it.value() - hung);
+        result.insertBack(v, it.col()) = it.value() - hung;
     }
     if (hanging > 0.0)
-      weights.emplace_back(static_cast<int>(v), static_cast<int>(from.cols()), hanging);
+      result.insertBack(v, from.cols()) = hanging;
   }
-  SkinningWeights result(from.rows(), from.cols() + 1);
-  result.setFromTriplets(weights.begin(), weights.end());
+  result.finalize();
   return result;
 }
 

@@ -56,8 +56,7 @@ TEST(HangingCloth, TakesOverAllTheMoreTheFurtherItIsOffTheSkin) {
   for (int millimetres = 1; millimetres <= 200; ++millimetres) {
     const double share = hangingShare(0.001 * millimetres);
     EXPECT_GE(share, before);
-    // A step that moves the leg by 30 cm must not tear apart what is a millimetre apart: three
-    // times as far is wrinkled rather than torn.
+    // Where a step moves a thigh by 30 cm, what is a millimetre apart stays within a centimetre.
     EXPECT_LT(0.3 * (share - before), 0.01) << millimetres;
     before = share;
   }

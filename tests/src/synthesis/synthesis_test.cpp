@@ -91,6 +91,23 @@ TEST(Synthesis, LabelsShowTheTruth) {
   EXPECT_GT(onLabel, 0.8 * count);
 }
 
+TEST(Synthesis, BeginsWithClothesAtRest) {
+  const avatar::test::TemporaryFolder folder;
+  Scene scene = test::smallCapture(2);
+  scene.truth.settleSeconds = 1.0;  // a single swing of the skirt
+  synthesize(scene, folder.path("seq"), {});
+  for (const char* cloth : {"lower", "upper"}) {
+    const std::string file = std::string("seq/gt/garment_") + cloth + ".npz";
+    const Eigen::MatrixXd frames = avatar::readNpz(folder.path(file)).at("vertices").asMatrix();
+    ASSERT_EQ(frames.rows(), 2);
+    double moved = 0.0;
+    for (Eigen::Index v = 0; v + 2 < frames.cols(); v += 3)
+      moved += (frames.row(1).segment<3>(v) - frames.row(0).segment<3>(v)).norm();
+    // Half of a step of the depth images from one frame to the next; the walk begins as slowly.
+    EXPECT_LT(moved / static_cast<double>(frames.cols() / 3), 0.0005) << cloth;
+  }
+}
+
 TEST(Synthesis, DoesntReplaceWhatIsNoSequence) {
   const avatar::test::TemporaryFolder folder;
   fs::create_directories(folder.path("mine"));

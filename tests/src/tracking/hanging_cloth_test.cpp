@@ -188,6 +188,15 @@ TEST(OuterLayer, WhatGoesRoundTheTrunkOrOneLegDoesNotHang) {
   EXPECT_FALSE(hangs(inTube(shins, 2.0 * aside)));
 }
 
+TEST(OuterLayer, IsCarriedWhereAGarmentsFacesDoNotAgreeOnItsOpenings) {
+  avatar::LayeredAvatar person = inShirtAndSkirt(avatar::defaultBody(), avatar::aPose());
+  person.garments.erase(person.garments.begin());  // the skirt is left
+  const int plumb = avatar::defaultBody().numJoints();
+  EXPECT_GT(outerLayer(person).skinningWeights.col(plumb).sum(), 0.0);
+  person.garments[0].mesh.faces.col(5).reverseInPlace();
+  EXPECT_EQ(outerLayer(person).skinningWeights.col(plumb).sum(), 0.0);
+}
+
 TEST(TrackedSurface, KnowsNoClothesOfAnAvatarWithoutGarments) {
   avatar::LayeredAvatar person;
   person.body = avatar::makeAvatarBody(avatar::defaultBody(), meanShape());
