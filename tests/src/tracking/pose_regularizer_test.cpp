@@ -25,7 +25,7 @@ TEST(PoseRegularizer, GradientIsHalfOfTheEnergysDerivative) {
   Eigen::VectorXd x(TrackingLayout::kBetas);
   x << parameters.pose.jointRotations.head<TrackingLayout::kTranslation>(),
       parameters.pose.translation;
-  const PoseRegularizer::Weights weights{.prior = 0.05, .temporal = 0.7};
+  const PoseRegularizer::Weights weights{.prior = 0.05, .straightLegs = 1.3, .temporal = 0.7};
   const auto energy = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
     BodyParameters moved = parameters;
     moved.pose.jointRotations.head<TrackingLayout::kTranslation>() =
@@ -38,6 +38,26 @@ TEST(PoseRegularizer, GradientIsHalfOfTheEnergysDerivative) {
   regularizer.add(parameters, predicted, weights, equations);
   // 1e-8: the energy is a few thousand, its differences over 1e-3 round at 1e-16 of that.
   EXPECT_LT(avatar::test::jacobianError(energy, equations.gradient.transpose(), x), 1e-8);
+}
+
+TEST(PoseRegularizer, ResistsBentLegsAsASpringAboutTheAxisTheyBendAbout) {
+  const PoseRegularizer regularizer{avatar::PosePrior(avatar::builtInPrior())};
+  const avatar::BodyPose predicted;
+  const auto energyOf = [&](int joint, int axis, double straightLegs) {
+    BodyParameters parameters;
+    parameters.pose.jointRotations[3 * joint + axis] = 0.4;
+    avatar::NormalEquations unused(TrackingLayout::kBetas);
+    return regularizer.add(parameters, predicted, {.straightLegs = straightLegs}, unused);
+  };
+  for (int joint = 0; joint < kNumTrackedJoints; ++joint) {
+    const bool bends = joint == avatar::kLeftHip || joint == avatar::kRightHip ||
+                       joint == avatar::kLeftKnee || joint == avatar::kRightKnee;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double more = energyOf(joint, axis, 2.0) - energyOf(joint, axis, 0.0);
+      // Of energies of some hundred.
+      EXPECT_NEAR(more, bends && axis == 0 ? 2.0 * 0.4 * 0.4 : 0.0, 1e-12) << joint << " " << axis;
+    }
+  }
 }
 
 TEST(NearestBranch, IsTheSameRotationAndTheNearerVector) {
