@@ -24,8 +24,9 @@ struct OuterLayer {
 };
 
 /// All garments of an avatar, each from its own bind pose. What goes round both legs together hangs
-/// from the hips where it is off their skin. Where the blended transform of the bind pose collapses
-/// (opposite rotations), a vertex moves as little as gives the nearest solution.
+/// from the hips where it is off their skin, if its faces are oriented alike and tell so. Where the
+/// blended transform of the bind pose collapses (opposite rotations), a vertex moves as little as
+/// gives the nearest solution.
 OuterLayer outerLayer(const avatar::LayeredAvatar& avatar);
 
 }  // namespace simulcap

@@ -15,7 +15,7 @@ namespace {
 using avatar::BodyModel;
 using avatar::BodyPose;
 
-Eigen::VectorXd meanShape() {
+Eigen::VectorXd usualShape() {
   return Eigen::VectorXd::Zero(avatar::defaultBody().numBetas());
 }
 
@@ -49,7 +49,7 @@ BodyPose leaningStep() {
 
 /// A shirt, and behind its vertices a skirt.
 avatar::LayeredAvatar inShirtAndSkirt(const BodyModel& model, const BodyPose& bindPose) {
-  avatar::LayeredAvatar person = avatar::test::dressedAvatar(model, meanShape());
+  avatar::LayeredAvatar person = avatar::test::dressedAvatar(model, usualShape());
   for (avatar::Garment& garment : person.garments) {
     garment.mesh.vertices = avatar::posedVertices(garment, person.body, bindPose);
     garment.bindPose = bindPose;
@@ -59,7 +59,7 @@ avatar::LayeredAvatar inShirtAndSkirt(const BodyModel& model, const BodyPose& bi
 
 avatar::LayeredAvatar inTube(const avatar::test::TubeSize& size, double x) {
   avatar::LayeredAvatar person;
-  person.body = avatar::makeAvatarBody(avatar::defaultBody(), meanShape());
+  person.body = avatar::makeAvatarBody(avatar::defaultBody(), usualShape());
   avatar::Garment tube = avatar::test::tubeGarment(person.body, "tube", size, BodyPose());
   tube.mesh.vertices.row(0).array() += x;
   person.garments = {tube};
@@ -77,7 +77,7 @@ class SkirtedSurface : public testing::Test {
 
   /// 3 × of all vertices [m].
   Eigen::Matrix3Xd posed(const BodyPose& pose) const {
-    return surface_.posedVertices({pose, meanShape().head(surface_.numBetas())});
+    return surface_.posedVertices({pose, usualShape().head(surface_.numBetas())});
   }
 
   avatar::LayeredAvatar person_ = inShirtAndSkirt(avatar::defaultBody(), avatar::aPose());
@@ -124,7 +124,7 @@ TEST_F(SkirtedSurface, HangsPlumbBelowLeaningHips) {
   const Eigen::Matrix3Xd rest = posed(BodyPose());
   const BodyModel& model = avatar::defaultBody();
   const Eigen::Vector3d restHips =
-      avatar::posedBody(model, meanShape(), BodyPose()).joints.col(avatar::kPelvis);
+      avatar::posedBody(model, usualShape(), BodyPose()).joints.col(avatar::kPelvis);
   for (const double lean : {-0.4, 0.3}) {
     BodyPose pose = leaningStep();
     avatar::setJointRotation(
@@ -134,7 +134,7 @@ TEST_F(SkirtedSurface, HangsPlumbBelowLeaningHips) {
             Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitX()) *
             Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
     const Eigen::Vector3d hips =
-        avatar::posedBody(model, meanShape(), pose).joints.col(avatar::kPelvis);
+        avatar::posedBody(model, usualShape(), pose).joints.col(avatar::kPelvis);
     const Eigen::AngleAxisd turn(-1.1, Eigen::Vector3d::UnitY());
     const Eigen::Matrix3Xd found = posed(pose);
     for (const Eigen::Index v : hanging_) {
@@ -166,7 +166,7 @@ TEST(OuterLayer, InTheirBindPoseClothesAreTheirMeshWhateverTheBodysJoints) {
 }
 
 TEST(OuterLayer, WhatGoesRoundTheTrunkOrOneLegDoesNotHang) {
-  const avatar::AvatarBody body = avatar::makeAvatarBody(avatar::defaultBody(), meanShape());
+  const avatar::AvatarBody body = avatar::makeAvatarBody(avatar::defaultBody(), usualShape());
   const double hip = body.joints(1, avatar::kPelvis);
   const double knee = body.joints(1, avatar::kLeftKnee);
   const double ankle = body.joints(1, avatar::kLeftAnkle);
@@ -199,7 +199,7 @@ TEST(OuterLayer, IsCarriedWhereAGarmentsFacesDoNotAgreeOnItsOpenings) {
 
 TEST(TrackedSurface, KnowsNoClothesOfAnAvatarWithoutGarments) {
   avatar::LayeredAvatar person;
-  person.body = avatar::makeAvatarBody(avatar::defaultBody(), meanShape());
+  person.body = avatar::makeAvatarBody(avatar::defaultBody(), usualShape());
   OuterLayer none = outerLayer(person);
   none.widthKnown = false;
   const TrackedSurface undressed(avatar::defaultBody(), 200, &none);
