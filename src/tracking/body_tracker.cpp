@@ -10,6 +10,7 @@
 #include "src/tracking/surface_visibility.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -20,8 +21,10 @@
 namespace simulcap {
 namespace {
 
-constexpr double kBetaPrior = 0.5;   // per unit² of beta, against the data term
-constexpr double kWidthPrior = 0.2;  // per cm² of clothes' widths
+constexpr double kBetaPrior = 0.5;  // per unit² of beta, against the data term
+/// Per cm² of the widths of cloth regions. Where trunk and arms are, head and hands tell as well:
+/// there, hardly anything was drawn to the camera.
+constexpr std::array<double, kNumClothRegions> kWidthPriors = {0.2, 0.2, 2.0, 2.0, 0.2};
 /// Legs that cloth hides have next to nothing that tells how they are bent: most stand.
 constexpr double kHiddenLegs = 2.0;  // [per rad²]
 /// Of a frame's information that is new: noise, clothes and errors of matching repeat.
@@ -139,6 +142,8 @@ class BodyTracker::Implementation {
 
   void restore(const TrackerState& state) {
     if (state.betas.size() != surface_->numBetas() ||
+        state.betaInformation.rows() != surface_->numBetas() ||
+        state.betaInformation.cols() != surface_->numBetas() ||
         state.poseInformation.rows() != TrackingLayout::kBetas ||
         state.poseInformation.cols() != TrackingLayout::kBetas) {
       throw std::invalid_argument("BodyTracker::restore: the state is another model's");
@@ -170,7 +175,8 @@ class BodyTracker::Implementation {
     state_.betas.tail(widths).setZero();
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(body + widths, body + widths);
     information.topLeftCorner(body, body) = state_.betaInformation.topLeftCorner(body, body);
-    information.diagonal().tail(widths).setConstant(kWidthPrior);
+    for (Eigen::Index i = 0; i < widths; ++i)
+      information(body + i, body + i) = kWidthPriors.at(static_cast<std::size_t>(i));
     state_.betaInformation = information;
   }
 

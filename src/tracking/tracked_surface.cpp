@@ -336,9 +336,14 @@ TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const Oute
     normalShapes_.row(i) =
         restNormals_.col(i).transpose() * sampled_.shapeDirections.middleRows<3>(3 * i);
   templateJoints_ = (whole_.jointRegressor * whole_.templateVertices.transpose()).transpose();
+  // The hem of a long shirt hangs as well.
   constexpr double kFree = 0.9;
-  coversLegs_ = std::any_of(
-      samples_.begin(), samples_.end(), [](const Sample& s) { return s.hanging > kFree; });
+  constexpr double kSkirt = 0.05;  // of the cloth; a short skirt alone has more
+  const auto count = [&](const auto& isCounted) {
+    return static_cast<double>(std::count_if(samples_.begin(), samples_.end(), isCounted));
+  };
+  coversLegs_ = count([](const Sample& s) { return s.hanging > kFree; }) >
+                kSkirt * count([](const Sample& s) { return s.cloth; });
 }
 
 int TrackedSurface::numBodySamples() const {
