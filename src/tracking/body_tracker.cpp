@@ -24,7 +24,7 @@ namespace {
 constexpr double kBetaPrior = 0.5;  // per unit² of beta, against the data term
 /// Per cm² of the widths of cloth regions. Where trunk and arms are, head and hands tell as well:
 /// there, hardly anything was drawn to the camera.
-constexpr std::array<double, kNumClothRegions> kWidthPriors = {0.2, 0.2, 2.0, 2.0, 0.2};
+constexpr std::array<double, kNumClothRegions> kWidthPriors = {0.2, 0.2, 0.8, 0.8, 0.2};
 /// Legs that cloth hides have next to nothing that tells how they are bent: most stand.
 constexpr double kHiddenLegs = 2.0;  // [per rad²]
 /// Of a frame's information that is new: noise, clothes and errors of matching repeat.
