@@ -44,6 +44,12 @@ Eigen::VectorXd TrackedRecording::betas() const {
   return tracker_->betas();
 }
 
+Eigen::VectorXd TrackedRecording::clothWidths() const {
+  if (!tracker_)
+    throw std::logic_error("TrackedRecording: the tracker begins with the first frame");
+  return tracker_->clothWidths();
+}
+
 const TrackerOptions& TrackedRecording::trackerOptions() const {
   if (!tracker_)
     throw std::logic_error("TrackedRecording: the tracker begins with the first frame");

@@ -82,6 +82,9 @@ class TrackedRecording {
   /// frame.
   Eigen::VectorXd betas() const;
 
+  /// As BodyTracker's. Throws std::logic_error before the first frame.
+  Eigen::VectorXd clothWidths() const;
+
   /// Usable frames in the range, at most; 0 when nobody knows.
   int numFrames() const { return source_->info().numFrames.value_or(0); }
 

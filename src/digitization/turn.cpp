@@ -75,6 +75,20 @@ class TurnTracking {
     return result;
   }
 
+  /// The clothes as wide as they turn out to be over the turn.
+  std::optional<OuterLayer> fitted(
+      const FirstPass& learned, const std::optional<OuterLayer>& clothes) {
+    if (!clothes || clothes->widthKnown)
+      return clothes;
+    TrackedRecording frames = tracked({model_, learned.betas, clothes}, learned.count);
+    for (std::optional<TrackedFrame> frame = frames.next(); frame;
+         frame = frames.next(std::move(*frame))) {
+      addTimes(*frame);
+      progress(frame->ordinal + 1, 2 * learned.count);
+    }
+    return widened(*clothes, frames.clothWidths());
+  }
+
   Turn keep(const FirstPass& learned, const std::optional<OuterLayer>& clothes = {}) {
     turn_.betas = learned.betas;
     turn_.framesTaken = learned.count;
@@ -223,7 +237,8 @@ Turn trackAgain(
     const KnownPerson& person,
     const TurnOptions& options) {
   TurnTracking tracking(recording, model, options);
-  Turn again = tracking.keep({turn.framesTaken, person.betas}, person.clothes);
+  const FirstPass learned{turn.framesTaken, person.betas};
+  Turn again = tracking.keep(learned, tracking.fitted(learned, person.clothes));
   again.warnings = turn.warnings;
   return again;
 }

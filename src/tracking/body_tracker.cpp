@@ -182,6 +182,10 @@ class BodyTracker::Implementation {
 
   Eigen::VectorXd betas() const { return state_.betas.head(surface_->numBodyBetas()); }
 
+  Eigen::VectorXd clothWidths() const {
+    return state_.betas.tail(surface_->numBetas() - surface_->numBodyBetas());
+  }
+
  private:
   void requireFits(const DepthCloud& cloud, double timestamp) const {
     const auto size =
@@ -435,6 +439,10 @@ TrackedBody BodyTracker::track(const DepthCloud& cloud, double timestamp) {
 
 Eigen::VectorXd BodyTracker::betas() const {
   return implementation_->betas();
+}
+
+Eigen::VectorXd BodyTracker::clothWidths() const {
+  return implementation_->clothWidths();
 }
 
 void BodyTracker::setBetas(const Eigen::VectorXd& betas) {

@@ -65,6 +65,9 @@ class BodyTracker {
   /// Of the body, as estimated so far or as given.
   Eigen::VectorXd betas() const;
 
+  /// kNumClothRegions entries, as estimated so far; none while the outer layer's width is known.
+  Eigen::VectorXd clothWidths() const;
+
   /// The person's shape is known: no longer estimated. Throws std::invalid_argument for more
   /// entries than the model has, or values that are not finite.
   void setBetas(const Eigen::VectorXd& betas);

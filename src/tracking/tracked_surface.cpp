@@ -113,23 +113,28 @@ int clothRegion(int joint) {
   }
 }
 
-/// Shapes that make parts of the layer wider, by 1 cm each.
-void addWidths(const OuterLayer& layer, BodyModel& model) {
+/// 3V × kNumClothRegions: shapes that make parts of the layer wider, by 1 cm each.
+Eigen::MatrixXd widthShapes(const OuterLayer& layer) {
   constexpr double kUnit = 0.01;  // [m]
   const Eigen::Matrix3Xd normals = avatar::vertexNormals({layer.restVertices, layer.faces});
-  const Eigen::Index first = model.shapeDirections.cols();
-  const Eigen::Index firstRow = model.shapeDirections.rows() - 3 * normals.cols();
   const Eigen::Index plumb = layer.skinningWeights.cols() - 1;
-  model.shapeDirections.conservativeResize(Eigen::NoChange, first + kNumClothRegions);
-  model.shapeDirections.rightCols(kNumClothRegions).setZero();
+  Eigen::MatrixXd shapes = Eigen::MatrixXd::Zero(3 * normals.cols(), kNumClothRegions);
   for (Eigen::Index v = 0; v < normals.cols(); ++v) {
     for (SkinningWeights::InnerIterator it(layer.skinningWeights, v); it; ++it) {
       const int region =
           it.col() == plumb ? kNumClothRegions - 1 : clothRegion(static_cast<int>(it.col()));
-      model.shapeDirections.col(first + region).segment<3>(firstRow + 3 * v) +=
-          it.value() * kUnit * normals.col(v);
+      shapes.col(region).segment<3>(3 * v) += it.value() * kUnit * normals.col(v);
     }
   }
+  return shapes;
+}
+
+void addWidths(const OuterLayer& layer, BodyModel& model) {
+  const Eigen::MatrixXd shapes = widthShapes(layer);
+  model.shapeDirections.conservativeResize(
+      Eigen::NoChange, model.shapeDirections.cols() + kNumClothRegions);
+  model.shapeDirections.rightCols(kNumClothRegions).setZero();
+  model.shapeDirections.bottomRightCorner(shapes.rows(), shapes.cols()) = shapes;
 }
 
 /// The body with the layer's vertices behind its own, which neither betas nor pose blend shapes
@@ -314,6 +319,12 @@ std::vector<Eigen::Matrix3Xd> posedJointShapeDerivatives(
 }
 
 }  // namespace
+
+OuterLayer widened(OuterLayer layer, const Eigen::VectorXd& widths) {
+  layer.restVertices.reshaped() += widthShapes(layer) * widths;
+  layer.widthKnown = true;
+  return layer;
+}
 
 TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const OuterLayer* layer)
     : whole_(

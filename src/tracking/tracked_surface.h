@@ -34,6 +34,9 @@ struct TrackingLayout {
   static constexpr int kBetas = kTranslation + 3;
 };
 
+/// The layer wider by so much [cm] in each of kNumClothRegions regions, and its width known.
+OuterLayer widened(OuterLayer layer, const Eigen::VectorXd& widths);
+
 /// The samples of the surface in one pose.
 struct PosedSamples {
   Eigen::Matrix3Xd positions;   ///< 3 × N [m], world
