@@ -321,7 +321,8 @@ std::vector<Eigen::Matrix3Xd> posedJointShapeDerivatives(
 }  // namespace
 
 OuterLayer widened(OuterLayer layer, const Eigen::VectorXd& widths) {
-  layer.restVertices.reshaped() += widthShapes(layer) * widths;
+  if (layer.restVertices.cols() > 0)
+    layer.restVertices.reshaped() += widthShapes(layer) * widths;
   layer.widthKnown = true;
   return layer;
 }

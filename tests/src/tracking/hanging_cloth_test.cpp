@@ -212,6 +212,22 @@ TEST(TrackedSurface, KnowsNoClothesOfAnAvatarWithoutGarments) {
   EXPECT_EQ(undressed.posedVertices(parameters), body.posedVertices(parameters));
 }
 
+TEST(OuterLayer, WidenedIsWhatTheSameWidthsMakeOfIt) {
+  const BodyModel& model = avatar::defaultBody();
+  OuterLayer layer = outerLayer(inShirtAndSkirt(model, avatar::aPose()));
+  layer.widthKnown = false;
+  const TrackedSurface surface(model, 200, &layer);
+  BodyParameters parameters{leaningStep(), Eigen::VectorXd::Zero(surface.numBetas())};
+  const Eigen::VectorXd widths = Eigen::VectorXd::LinSpaced(kNumClothRegions, -1.0, 3.0);
+  parameters.betas.tail<kNumClothRegions>() = widths;
+  const OuterLayer wide = widened(layer, widths);
+  EXPECT_TRUE(wide.widthKnown);
+  const TrackedSurface known(model, 200, &wide);
+  const BodyParameters same{parameters.pose, Eigen::VectorXd::Zero(known.numBetas())};
+  const Eigen::Matrix3Xd difference = known.posedVertices(same) - surface.posedVertices(parameters);
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-12) << "the same sums in another order";
+}
+
 TEST(TrackedSurface, WidensClothesByACentimetrePerUnitAndNothingElse) {
   const BodyModel& model = avatar::defaultBody();
   OuterLayer layer = outerLayer(inShirtAndSkirt(model, avatar::aPose()));
