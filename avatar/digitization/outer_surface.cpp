@@ -1,8 +1,8 @@
 #include "avatar/digitization/outer_surface.h"
 
 #include "avatar/digitization/garment_cut.h"
-#include "avatar/garment_openings.h"
 #include "avatar/digitization/point_grid.h"
+#include "avatar/garment_openings.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/geometry/mesh_cleanup.h"

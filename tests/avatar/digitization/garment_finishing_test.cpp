@@ -1,9 +1,9 @@
 #include "avatar/digitization/garment_finishing.h"
 
 #include "avatar/default_body/embedded_body.h"
-#include "avatar/garment_openings.h"
 #include "avatar/digitization/seen_extent.h"
 #include "avatar/digitization/surface_parsing.h"
+#include "avatar/garment_openings.h"
 #include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/geometry/mesh_cleanup.h"
