@@ -54,6 +54,20 @@ std::vector<Eigen::Isometry3d> worldFromBind(
   return frames;
 }
 
+std::vector<Eigen::Affine3d> blendedTransforms(
+    const SkinningWeights& weights, const std::vector<Eigen::Isometry3d>& joints) {
+  std::vector<Eigen::Affine3d> transforms;
+  transforms.reserve(static_cast<std::size_t>(weights.rows()));
+  for (Eigen::Index v = 0; v < weights.rows(); ++v) {
+    Eigen::Affine3d blend = Eigen::Affine3d::Identity();
+    blend.affine().setZero();
+    for (SkinningWeights::InnerIterator it(weights, v); it; ++it)
+      blend.affine() += it.value() * joints[static_cast<std::size_t>(it.col())].affine();
+    transforms.push_back(blend);
+  }
+  return transforms;
+}
+
 }  // namespace
 
 std::vector<Eigen::Isometry3d> worldFromJoints(const AvatarBody& body, const BodyPose& pose) {
@@ -66,17 +80,7 @@ std::vector<Eigen::Affine3d> vertexTransforms(
     const AvatarBody& body,
     const BodyPose& bindPose,
     const BodyPose& pose) {
-  const std::vector<Eigen::Isometry3d> joints = worldFromBind(body, bindPose, pose);
-  std::vector<Eigen::Affine3d> transforms;
-  transforms.reserve(static_cast<std::size_t>(skinningWeights.rows()));
-  for (Eigen::Index v = 0; v < skinningWeights.rows(); ++v) {
-    Eigen::Affine3d blend = Eigen::Affine3d::Identity();
-    blend.affine().setZero();
-    for (SkinningWeights::InnerIterator it(skinningWeights, v); it; ++it)
-      blend.affine() += it.value() * joints[static_cast<std::size_t>(it.col())].affine();
-    transforms.push_back(blend);
-  }
-  return transforms;
+  return blendedTransforms(skinningWeights, worldFromBind(body, bindPose, pose));
 }
 
 Eigen::Matrix3Xd posedVertices(const AvatarBody& body, const BodyPose& pose) {
@@ -104,15 +108,22 @@ std::vector<Eigen::Affine3d> carryingTransforms(
   return carrying;
 }
 
-Eigen::Matrix3Xd unposedVertices(const Garment& garment, const AvatarBody& body) {
-  Eigen::Matrix3Xd vertices = garment.mesh.vertices;
+Eigen::Matrix3Xd unblended(
+    const SkinningWeights& weights,
+    const std::vector<Eigen::Isometry3d>& transforms,
+    const Eigen::Matrix3Xd& points) {
+  Eigen::Matrix3Xd result = points;
   Eigen::Index v = 0;
-  for (const Eigen::Affine3d& posed :
-       vertexTransforms(garment.skinningWeights, body, {}, garment.bindPose)) {
-    const Eigen::Vector3d missed = vertices.col(v) - posed * Eigen::Vector3d(vertices.col(v));
-    vertices.col(v++) += decomposed(posed.linear()).solve(missed);
+  for (const Eigen::Affine3d& blend : blendedTransforms(weights, transforms)) {
+    const Eigen::Vector3d missed = points.col(v) - blend * Eigen::Vector3d(points.col(v));
+    result.col(v++) += decomposed(blend.linear()).solve(missed);
   }
-  return vertices;
+  return result;
+}
+
+Eigen::Matrix3Xd unposedVertices(const Garment& garment, const AvatarBody& body) {
+  return unblended(
+      garment.skinningWeights, worldFromBind(body, {}, garment.bindPose), garment.mesh.vertices);
 }
 
 }  // namespace avatar

@@ -37,9 +37,15 @@ Eigen::Matrix3Xd posedVertices(
 std::vector<Eigen::Affine3d> carryingTransforms(
     const Garment& garment, const AvatarBody& body, const BodyPose& from, const BodyPose& to);
 
+/// Points taken back by blends Σ_k w_k M_k of transforms, 3 × V [m]; weights V × K. Where blending
+/// collapses (opposite rotations) a point moves as little as gives the nearest solution.
+Eigen::Matrix3Xd unblended(
+    const Eigen::SparseMatrix<double, Eigen::RowMajor>& weights,
+    const std::vector<Eigen::Isometry3d>& transforms,
+    const Eigen::Matrix3Xd& points);
+
 /// The garment on the body at rest, from where its skinning brings it back into its bind pose: the
-/// inverse of every vertex' blended transform, 3 × V [m]. Where blending collapses (opposite
-/// rotations) the vertex moves as little as gives the nearest solution.
+/// inverse of every vertex' blended transform, as unblended(), 3 × V [m].
 Eigen::Matrix3Xd unposedVertices(const Garment& garment, const AvatarBody& body);
 
 }  // namespace avatar

@@ -68,7 +68,8 @@ struct KnownPerson {
 };
 
 /// Tracks a turn once more, now that the person is known: skin under cloth is no longer taken for
-/// what depth shows. Throws avatar::FileError.
+/// what depth shows. Clothes of unknown width cost another pass, in which the whole turn tells it.
+/// Throws avatar::FileError.
 Turn trackAgain(
     const Turn& turn,
     const FrameSupply& recording,

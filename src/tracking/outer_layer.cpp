@@ -7,8 +7,6 @@
 #include "avatar/geometry/measures.h"
 #include "avatar/hanging_cloth.h"
 
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <array>
 
@@ -107,27 +105,6 @@ std::vector<Eigen::Isometry3d> posedFromRest(
   return transforms;
 }
 
-/// The garment on the body at rest, 3 × V [m].
-Eigen::Matrix3Xd unposed(
-    const avatar::Garment& garment,
-    const SkinningWeights& weights,
-    const avatar::AvatarBody& body) {
-  constexpr double kCollapsed = 0.05;  // a singular value; a blend of rotations doesn't stretch
-  const std::vector<Eigen::Isometry3d> transforms = posedFromRest(body, garment.bindPose);
-  Eigen::Matrix3Xd vertices = garment.mesh.vertices;
-  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-    Eigen::Matrix<double, 3, 4> blend = Eigen::Matrix<double, 3, 4>::Zero();
-    for (SkinningWeights::InnerIterator it(weights, v); it; ++it)
-      blend += it.value() * transforms[static_cast<std::size_t>(it.col())].matrix().topRows<3>();
-    const Eigen::Vector3d vertex = vertices.col(v);
-    const Eigen::Vector3d missed = vertex - (blend.leftCols<3>() * vertex + blend.col(3));
-    Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d> decomposition;
-    decomposition.setThreshold(kCollapsed).compute(blend.leftCols<3>());
-    vertices.col(v) += decomposition.solve(missed);
-  }
-  return vertices;
-}
-
 }  // namespace
 
 OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
@@ -146,7 +123,8 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
   for (const avatar::Garment& garment : avatar.garments) {
     const Eigen::Index count = garment.mesh.numVertices();
     const SkinningWeights own = layerWeights(garment, avatar.body);
-    layer.restVertices.middleCols(vertex, count) = unposed(garment, own, avatar.body);
+    layer.restVertices.middleCols(vertex, count) =
+        avatar::unblended(own, posedFromRest(avatar.body, garment.bindPose), garment.mesh.vertices);
     layer.faces.middleCols(face, garment.mesh.numFaces()) =
         garment.mesh.faces.array() + static_cast<int>(vertex);
     for (Eigen::Index v = 0; v < count; ++v) {
