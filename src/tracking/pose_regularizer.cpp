@@ -32,8 +32,9 @@ Eigen::VectorXd axisStiffness() {
   for (const int joint : {kNeck, kHead}) {
     set(joint, 30.0, 30.0, 30.0);
   }
+  // A shin leans over a foot that stands: a stiff ankle would straighten the knee.
   for (const int ankle : {kLeftAnkle, kRightAnkle}) {
-    set(ankle, 30.0, 30.0, 30.0);
+    set(ankle, 1.0, 30.0, 30.0);
   }
   for (const int wrist : {kLeftWrist, kRightWrist}) {
     set(wrist, 40.0, 40.0, 40.0);

@@ -130,6 +130,36 @@ TEST(BodyTracker, FollowsShruggedShoulders) {
     EXPECT_LT(offAt(tracked.pose, joint), 0.7 * offAt(avatar::aPose(), joint));
 }
 
+TEST(BodyTracker, FollowsShinsThatLeanOverTheirFeet) {
+  const avatar::Camera camera = test::smallCamera();
+  const auto crouching = [](double bent) {
+    BodyPose pose = avatar::aPose();
+    for (const int hip : {avatar::kLeftHip, avatar::kRightHip})
+      pose.jointRotations[3 * hip] -= bent;
+    for (const int knee : {avatar::kLeftKnee, avatar::kRightKnee})
+      pose.jointRotations[3 * knee] += 2.0 * bent;
+    for (const int ankle : {avatar::kLeftAnkle, avatar::kRightAnkle})
+      pose.jointRotations[3 * ankle] -= bent;  // feet stay level
+    return pose;
+  };
+  constexpr double kBent = 0.4;  // [rad]
+  BodyTracker tracker = trackerAt(crouching(0.0), camera);
+  BodyPose found;
+  for (int i = 1; i <= 14; ++i) {
+    const BodyPose truth = crouching(kBent * std::min(1.0, 0.1 * i));
+    found =
+        tracker
+            .track(
+                test::renderedCloud(avatar::defaultBody(), meanShape(), truth, camera), i * kFrame)
+            .pose;
+  }
+  // A foot is 20 pixels long and no more than some ten samples.
+  for (const int ankle : {avatar::kLeftAnkle, avatar::kRightAnkle})
+    EXPECT_NEAR(found.jointRotations[3 * ankle], -kBent, 0.4 * kBent);
+  for (const int knee : {avatar::kLeftKnee, avatar::kRightKnee})
+    EXPECT_NEAR(found.jointRotations[3 * knee], 2.0 * kBent, 0.1 * kBent);
+}
+
 TEST(BodyTracker, SameFramesGiveTheSameBits) {
   const avatar::Camera camera = test::smallCamera();
   BodyTracker first = trackerAt(movingPose(0.0), camera);
