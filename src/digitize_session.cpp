@@ -105,7 +105,7 @@ class Digitizer {
     std::optional<OuterLayer> clothes;
     if (!result_.avatar.garments.empty()) {
       clothes = outerLayer(result_.avatar);
-      clothes->widthKnown = false;
+      clothes->unknown = ClothUnknown::kWidths;
     }
     turn_ = trackAgain(
         turn_, recording, model_, {result_.body.betas, std::move(clothes)}, options_.turn);

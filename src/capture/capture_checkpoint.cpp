@@ -39,6 +39,7 @@ void addTracking(const TrackingState& tracking, NpzArrays& arrays) {
   arrays["tracking_unseen_seconds"] = NpyArray::fromMatrix(Eigen::Map<const Eigen::VectorXd>(
       tracker.unseenSeconds.data(), static_cast<Eigen::Index>(tracker.unseenSeconds.size())));
   arrays["tracking_bareness"] = NpyArray::fromMatrix(tracker.bareness);
+  arrays["tracking_cloth_offsets"] = NpyArray::fromMatrix(tracker.clothOffsets);
   arrays["tracking_beta_information"] = NpyArray::fromMatrix(tracker.betaInformation);
   arrays["tracking_pose_information"] = NpyArray::fromMatrix(tracker.poseInformation);
 }
@@ -58,6 +59,7 @@ TrackingState trackingOf(const NpzArrays& arrays) {
   tracker.before = poseOf(arrays.at("tracking_pose_before"));
   tracker.betas = arrays.at("tracking_betas").asMatrix();
   tracker.bareness = arrays.at("tracking_bareness").asMatrix();
+  tracker.clothOffsets = arrays.at("tracking_cloth_offsets").asMatrix();
   tracker.betaInformation = arrays.at("tracking_beta_information").asMatrix();
   tracker.poseInformation = arrays.at("tracking_pose_information").asMatrix();
   const Eigen::VectorXd unseen = arrays.at("tracking_unseen_seconds").asMatrix();

@@ -100,7 +100,9 @@ void TrackingComparison::begin(const TrackedRecording& frames) {
             {}});
     if (person_.outer)
       run->tracker.setOuterLayer(*person_.outer);
-    run->tracker.restore(frames.state().tracker);
+    TrackerState state = frames.state().tracker;
+    state.clothOffsets = run->tracker.state().clothOffsets;  // samples may be others than its own
+    run->tracker.restore(state);
     runs_.push_back(std::move(run));
   }
 }

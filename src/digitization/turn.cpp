@@ -3,6 +3,7 @@
 #include "avatar/io/file_error.h"
 #include "avatar/motion.h"
 #include "src/capture/tracked_recording.h"
+#include "src/tracking/cloth_shapes.h"
 
 #include <Eigen/Geometry>
 
@@ -78,7 +79,7 @@ class TurnTracking {
   /// The clothes as wide as they turn out to be over the turn.
   std::optional<OuterLayer> fitted(
       const FirstPass& learned, const std::optional<OuterLayer>& clothes) {
-    if (!clothes || clothes->widthKnown)
+    if (!clothes || clothes->unknown != ClothUnknown::kWidths)
       return clothes;
     TrackedRecording frames = tracked({model_, learned.betas, clothes}, learned.count);
     for (std::optional<TrackedFrame> frame = frames.next(); frame;

@@ -2,6 +2,8 @@
 
 #include "avatar/axis_angle.h"
 #include "avatar/io/prior_file.h"
+#include "src/tracking/cloth_offsets.h"
+#include "src/tracking/cloth_shapes.h"
 #include "src/tracking/coarse_alignment.h"
 #include "src/tracking/learned_bareness.h"
 #include "src/tracking/match_quality.h"
@@ -25,11 +27,16 @@ constexpr double kBetaPrior = 0.5;  // per unit² of beta, against the data term
 /// Per cm² of the widths of cloth regions. Where trunk and arms are, head and hands tell as well:
 /// there, hardly anything was drawn to the camera.
 constexpr std::array<double, kNumClothRegions> kWidthPriors = {0.2, 0.2, 0.8, 0.8, 0.2};
+/// Of the shifts of loose clothes: most are smaller than their looseness, some aren't.
+constexpr double kShiftPrior = 0.05;
 /// Legs that cloth hides have next to nothing that tells how they are bent: most stand.
 constexpr double kHiddenLegs = 2.0;  // [per rad²]
 /// Of a frame's information that is new: noise, clothes and errors of matching repeat.
 constexpr double kNewInformation = 0.2;
 constexpr int kMinPersonPixels = 200;
+/// Of λ_pri, in frames after the first with known clothes: they tell more of a pose than the prior,
+/// which hardly knows some.
+constexpr double kPriorInKnownClothes = 0.5;
 constexpr double kFarOff = 0.08;  // [m]: a joint that may deviate by more is lost
 
 avatar::BodyPose extrapolated(
@@ -93,6 +100,7 @@ class BodyTracker::Implementation {
     state_.betaInformation =
         kBetaPrior * Eigen::MatrixXd::Identity(surface_->numBetas(), surface_->numBetas());
     state_.bareness = usualBareness_;
+    state_.clothOffsets = Eigen::VectorXd::Zero(std::ssize(surface_->samples()));
     state_.poseInformation = Eigen::MatrixXd::Zero(TrackingLayout::kBetas, TrackingLayout::kBetas);
     state_.betasHeld = !options.estimateShape || surface_->numBetas() == 0;
   }
@@ -135,7 +143,15 @@ class BodyTracker::Implementation {
     }
     if (found && cloud.labels.empty() && !surface_->knowsClothes())
       learn(solution, view);
-    return accepted(solution, quality, found, timestamp);
+    const double duration = started ? timestamp - state_.timestamp : 0.0;
+    TrackedBody body = accepted(solution, quality, found, timestamp);
+    if (surface_->clothUnknown() == ClothUnknown::kPlaces) {
+      if (found)
+        learnPlaces(solution, view, duration);
+      else
+        forgetPlaces();
+    }
+    return body;
   }
 
   const TrackerState& state() const { return state_; }
@@ -148,6 +164,7 @@ class BodyTracker::Implementation {
         state.poseInformation.cols() != TrackingLayout::kBetas) {
       throw std::invalid_argument("BodyTracker::restore: the state is another model's");
     }
+    surface_->setClothOffsets(state.clothOffsets);
     if (!surface_->knowsClothes())
       surface_->setBareness(state.bareness);
     state_ = state;
@@ -169,21 +186,22 @@ class BodyTracker::Implementation {
 
   void setOuterLayer(const OuterLayer& layer) {
     surface_ = std::make_unique<TrackedSurface>(model_, options_.numSamples, &layer);
-    const Eigen::Index body = surface_->numBodyBetas();
-    const Eigen::Index widths = surface_->numBetas() - body;
-    state_.betas.conservativeResize(body + widths);
-    state_.betas.tail(widths).setZero();
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(body + widths, body + widths);
-    information.topLeftCorner(body, body) = state_.betaInformation.topLeftCorner(body, body);
-    for (Eigen::Index i = 0; i < widths; ++i)
-      information(body + i, body + i) = kWidthPriors.at(static_cast<std::size_t>(i));
-    state_.betaInformation = information;
+    const Eigen::VectorXd priors = clothPriors();
+    state_.betas.conservativeResize(surface_->numBetas());
+    state_.betas.tail(priors.size()).setZero();
+    state_.betaInformation.conservativeResizeLike(
+        Eigen::MatrixXd::Zero(surface_->numBetas(), surface_->numBetas()));
+    state_.betaInformation.rightCols(priors.size()).setZero();
+    state_.betaInformation.bottomRows(priors.size()).setZero();
+    state_.betaInformation.diagonal().tail(priors.size()) = priors;
+    state_.clothOffsets = Eigen::VectorXd::Zero(std::ssize(surface_->samples()));
   }
 
   Eigen::VectorXd betas() const { return state_.betas.head(surface_->numBodyBetas()); }
 
   Eigen::VectorXd clothWidths() const {
-    return state_.betas.tail(surface_->numBetas() - surface_->numBodyBetas());
+    const bool known = surface_->clothUnknown() != ClothUnknown::kWidths;
+    return state_.betas.tail(known ? 0 : kNumClothRegions);
   }
 
  private:
@@ -224,6 +242,8 @@ class BodyTracker::Implementation {
     solver.firstGate = options_.firstGate;
     solver.lastGate = options_.lastGate;
     solver.firstInterIterations = std::min(3, options_.iterations - 1);
+    if (surface_->knowsClothes())
+      solver.regularization.prior *= kPriorInKnownClothes;
     // What may have changed grows with time.
     constexpr double kUsualStep = 1.0 / 30.0;
     const double step = std::max(timestamp - state_.timestamp, 0.25 * kUsualStep);
@@ -248,13 +268,25 @@ class BodyTracker::Implementation {
     const Eigen::Index body = surface_->numBodyBetas();
     if (state_.betasHeld && surface_->numBetas() == body)
       return std::nullopt;
-    BetaKnowledge knowledge{state_.betas, state_.betaInformation};
-    constexpr double kCertain = 1e9;
-    if (state_.betasHeld)
-      knowledge.information.diagonal().head(body).array() += kCertain;
+    BetaKnowledge knowledge{
+        .mean = state_.betas,
+        .information = state_.betaInformation,
+        .numCertain = state_.betasHeld ? body : 0};
+    if (surface_->clothUnknown() == ClothUnknown::kPlaces)
+      knowledge.mean.tail(kNumClothShifts).setZero();
     return knowledge;
   }
 
+  /// Of what is unknown of the clothes (inverse variances around 0).
+  Eigen::VectorXd clothPriors() const {
+    const Eigen::Index count = surface_->numBetas() - surface_->numBodyBetas();
+    if (surface_->clothUnknown() == ClothUnknown::kWidths)
+      return Eigen::Map<const Eigen::VectorXd>(kWidthPriors.data(), count);
+    return Eigen::VectorXd::Constant(count, kShiftPrior);
+  }
+
+  /// The betas of the body, unless they are held, and the widths of the clothes. Where these hang
+  /// is another thing in each frame, but the next one starts from there.
   void learnBetas(const PoseSolution& solution) {
     if (solution.betaInformation.size() == 0)
       return;
@@ -262,7 +294,26 @@ class BodyTracker::Implementation {
     state_.betas = solution.parameters.betas;
     if (state_.betasHeld)
       state_.betas.head(known.size()) = known;
-    state_.betaInformation += kNewInformation * solution.betaInformation;
+    const bool hang = surface_->clothUnknown() == ClothUnknown::kPlaces;
+    const Eigen::Index lasting = hang ? known.size() : state_.betas.size();
+    state_.betaInformation.topLeftCorner(lasting, lasting) +=
+        kNewInformation * solution.betaInformation.topLeftCorner(lasting, lasting);
+  }
+
+  /// Where loose clothes are.
+  void learnPlaces(const PoseSolution& solution, const DepthView& view, double duration) {
+    const PosedSamples posed = surface_->pose(solution.parameters, false);
+    const SeenSamples seen = seenBy(view.camera(), posed, solution.visible);
+    state_.clothOffsets =
+        learnedOffsets(*surface_, seen, view.cloud(), duration, state_.clothOffsets);
+    surface_->setClothOffsets(state_.clothOffsets);
+  }
+
+  /// Lost, what was learned of clothes led astray.
+  void forgetPlaces() {
+    state_.betas.tail(kNumClothShifts).setZero();
+    state_.clothOffsets.setZero();
+    surface_->setClothOffsets(state_.clothOffsets);
   }
 
   /// Which skin is bare.

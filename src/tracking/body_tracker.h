@@ -23,7 +23,7 @@ struct TrackerState {
   avatar::BodyPose before;       ///< of the one before
   double timestamp = 0.0;        ///< of the last frame [s]
   double timestampBefore = 0.0;  ///< of the one before [s]
-  Eigen::VectorXd betas;         ///< B, and widths of clothes as in BodyParameters
+  Eigen::VectorXd betas;         ///< B, and what is unknown of the clothes as in BodyParameters
   /// What the frames so far say about them (inverse covariance, relative to the weights of the
   /// energy), the poses eliminated.
   Eigen::MatrixXd betaInformation;
@@ -31,8 +31,9 @@ struct TrackerState {
   Eigen::MatrixXd poseInformation;
   bool betasHeld = false;
   UnseenSeconds unseenSeconds = {};
-  Eigen::VectorXd
-      bareness;  ///< of the body's samples, see learnedBareness(); unused with an outer layer
+  /// Of the body's samples, see learnedBareness(); unused with an outer layer.
+  Eigen::VectorXd bareness;
+  Eigen::VectorXd clothOffsets;  ///< of the samples, see learnedOffsets()
 };
 
 /// Follows the undressed body of one person through the depth frames of one camera (section 4.1):
@@ -65,7 +66,8 @@ class BodyTracker {
   /// Of the body, as estimated so far or as given.
   Eigen::VectorXd betas() const;
 
-  /// kNumClothRegions entries, as estimated so far; none while the outer layer's width is known.
+  /// kNumClothRegions entries, as estimated so far; none unless they are what is unknown of the
+  /// outer layer.
   Eigen::VectorXd clothWidths() const;
 
   /// The person's shape is known: no longer estimated. Throws std::invalid_argument for more
@@ -79,7 +81,8 @@ class BodyTracker {
   /// joints (std::invalid_argument).
   void setOuterLayer(const OuterLayer& layer);
 
-  /// To go on from where another tracker of the same model, camera and options stood.
+  /// To go on from where another tracker of the same model, camera and options stood
+  /// (std::invalid_argument for a state of other sizes).
   const TrackerState& state() const;
   void restore(const TrackerState& state);
 

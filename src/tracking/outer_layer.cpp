@@ -6,6 +6,7 @@
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/hanging_cloth.h"
+#include "src/tracking/cloth_shapes.h"
 
 #include <algorithm>
 #include <array>
@@ -118,13 +119,16 @@ OuterLayer outerLayer(const avatar::LayeredAvatar& avatar) {
   layer.restVertices.resize(3, numVertices);
   layer.faces.resize(3, numFaces);
   layer.skinningWeights.resize(numVertices, std::ssize(avatar.body.parents) + 1);
+  layer.looseness.resize(numVertices);
   Eigen::Index vertex = 0;
   Eigen::Index face = 0;
   for (const avatar::Garment& garment : avatar.garments) {
     const Eigen::Index count = garment.mesh.numVertices();
     const SkinningWeights own = layerWeights(garment, avatar.body);
-    layer.restVertices.middleCols(vertex, count) =
+    const Eigen::Matrix3Xd rest =
         avatar::unblended(own, posedFromRest(avatar.body, garment.bindPose), garment.mesh.vertices);
+    layer.restVertices.middleCols(vertex, count) = rest;
+    layer.looseness.segment(vertex, count) = clothLooseness(rest, own, avatar.body.mesh);
     layer.faces.middleCols(face, garment.mesh.numFaces()) =
         garment.mesh.faces.array() + static_cast<int>(vertex);
     for (Eigen::Index v = 0; v < count; ++v) {

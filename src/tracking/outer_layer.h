@@ -10,6 +10,17 @@
 
 namespace simulcap {
 
+/// What is looked for of the clothes besides the body.
+enum class ClothUnknown {
+  kNothing,  ///< they go exactly with the body
+  /// Measured with poses that weren't known well, which drew everything to the camera, from all
+  /// sides, they are too narrow: by how much, for all frames together.
+  kWidths,
+  /// Loose clothes hang now on one side of a limb, now on the other, and move: where, in each
+  /// frame.
+  kPlaces,
+};
+
 /// The clothes as one surface that follows the body unsimulated: the outer of the paper's two
 /// layers (section 4.1).
 struct OuterLayer {
@@ -17,10 +28,9 @@ struct OuterLayer {
   Eigen::Matrix3Xi faces;         ///< 3 × F
   /// V × (J + 1), rows sum to 1; the last column: of what hangs plumb from the hips.
   Eigen::SparseMatrix<double, Eigen::RowMajor> skinningWeights;
-  Eigen::VectorXd bareness;  ///< of the body's vertices: 0 under cloth … 1 bare
-  /// Off: measured with poses that weren't known well, which drew everything to the camera, from
-  /// all sides: too narrow.
-  bool widthKnown = true;
+  Eigen::VectorXd bareness;   ///< of the body's vertices: 0 under cloth … 1 bare
+  Eigen::VectorXd looseness;  ///< V [m], see clothLooseness()
+  ClothUnknown unknown = ClothUnknown::kPlaces;
 };
 
 /// All garments of an avatar, each from its own bind pose. What goes round both legs together hangs

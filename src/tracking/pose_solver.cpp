@@ -109,10 +109,13 @@ Eigen::VectorXd limitedStep(const NormalEquations& equations) {
   return step;
 }
 
-void hold(const JointSet& joints, NormalEquations& equations) {
+constexpr double kHold = 1e12;  // on the diagonal of what doesn't move
+
+void hold(const JointSet& joints, Eigen::Index numCertain, NormalEquations& equations) {
   for (std::size_t j = 0; j < joints.size(); ++j)
     if (joints[j])
-      equations.matrix.diagonal().segment<3>(3 * static_cast<Eigen::Index>(j)).array() += 1e12;
+      equations.matrix.diagonal().segment<3>(3 * static_cast<Eigen::Index>(j)).array() += kHold;
+  equations.matrix.diagonal().segment(TrackingLayout::kBetas, numCertain).array() += kHold;
 }
 
 void apply(const Eigen::VectorXd& step, BodyParameters& parameters) {
@@ -141,6 +144,7 @@ PoseSolution solvePose(
     const BodyParameters& start,
     const PoseSolverOptions& options) {
   const std::optional<BetaKnowledge>& betas = options.betas;
+  const Eigen::Index numCertain = betas ? betas->numCertain : 0;
   PoseSolution solution{.parameters = start};
   Eigen::MatrixXd unseen;
   for (int i = 0; i < options.iterations; ++i) {
@@ -165,7 +169,7 @@ PoseSolution solvePose(
     for (SurfaceConstraint& constraint : constraints) {
       constraint.weight *= kDataUnit;
     }
-    NormalEquations equations = treeEquations(surface, posed, constraints);
+    NormalEquations equations = treeEquations(surface, posed, constraints, numCertain);
     if (i + 1 == options.iterations)
       solution.poseInformation =
           equations.matrix.topLeftCorner<TrackingLayout::kBetas, TrackingLayout::kBetas>()
@@ -183,7 +187,7 @@ PoseSolution solvePose(
       equations.gradient.tail(numBetas) +=
           betas->information * (solution.parameters.betas - betas->mean);
     }
-    hold(options.held, equations);
+    hold(options.held, numCertain, equations);
     equations.matrix.diagonal().array() += 1e-6;
     apply(limitedStep(equations), solution.parameters);
   }

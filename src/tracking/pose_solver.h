@@ -16,6 +16,7 @@ namespace simulcap {
 struct BetaKnowledge {
   Eigen::VectorXd mean;         ///< B
   Eigen::MatrixXd information;  ///< B × B
+  Eigen::Index numCertain = 0;  ///< the first ones aren't looked for
 };
 
 struct PoseSolverOptions {

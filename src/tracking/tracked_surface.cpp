@@ -3,6 +3,7 @@
 #include "avatar/axis_angle.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/motion.h"
+#include "src/tracking/cloth_shapes.h"
 
 #include <Eigen/Geometry>
 
@@ -86,54 +87,15 @@ SkinningWeights withHips(const SkinningWeights& regressor, Eigen::Index numVerti
   return result;
 }
 
-int clothRegion(int joint) {
-  using enum avatar::SmplJoint;
-  switch (joint) {
-    case kPelvis:
-    case kLeftHip:
-    case kRightHip:
-      return 0;
-    case kLeftKnee:
-    case kRightKnee:
-    case kLeftAnkle:
-    case kRightAnkle:
-    case kLeftFoot:
-    case kRightFoot:
-      return 1;
-    case kSpine1:
-    case kSpine2:
-    case kSpine3:
-    case kNeck:
-    case kLeftCollar:
-    case kRightCollar:
-    case kHead:
-      return 2;
-    default:
-      return 3;
-  }
+ClothUnknown unknownOf(const OuterLayer& layer) {
+  return layer.faces.cols() > 0 ? layer.unknown : ClothUnknown::kNothing;
 }
 
-/// 3V × kNumClothRegions: shapes that make parts of the layer wider, by 1 cm each.
-Eigen::MatrixXd widthShapes(const OuterLayer& layer) {
-  constexpr double kUnit = 0.01;  // [m]
-  const Eigen::Matrix3Xd normals = avatar::vertexNormals({layer.restVertices, layer.faces});
-  const Eigen::Index plumb = layer.skinningWeights.cols() - 1;
-  Eigen::MatrixXd shapes = Eigen::MatrixXd::Zero(3 * normals.cols(), kNumClothRegions);
-  for (Eigen::Index v = 0; v < normals.cols(); ++v) {
-    for (SkinningWeights::InnerIterator it(layer.skinningWeights, v); it; ++it) {
-      const int region =
-          it.col() == plumb ? kNumClothRegions - 1 : clothRegion(static_cast<int>(it.col()));
-      shapes.col(region).segment<3>(3 * v) += it.value() * kUnit * normals.col(v);
-    }
-  }
-  return shapes;
-}
-
-void addWidths(const OuterLayer& layer, BodyModel& model) {
-  const Eigen::MatrixXd shapes = widthShapes(layer);
+/// Directions behind the betas that move the layer alone, the last vertices: 3V × n.
+void addClothShapes(const Eigen::MatrixXd& shapes, BodyModel& model) {
   model.shapeDirections.conservativeResize(
-      Eigen::NoChange, model.shapeDirections.cols() + kNumClothRegions);
-  model.shapeDirections.rightCols(kNumClothRegions).setZero();
+      Eigen::NoChange, model.shapeDirections.cols() + shapes.cols());
+  model.shapeDirections.rightCols(shapes.cols()).setZero();
   model.shapeDirections.bottomRightCorner(shapes.rows(), shapes.cols()) = shapes;
 }
 
@@ -146,6 +108,8 @@ BodyModel withLayer(const BodyModel& body, const OuterLayer& layer) {
       layer.skinningWeights.cols() != body.numJoints() + 1) {
     throw std::invalid_argument("TrackedSurface: the outer layer has another body's joints");
   }
+  if (layer.looseness.size() != layer.restVertices.cols())
+    throw std::invalid_argument("TrackedSurface: expected the looseness of each vertex of cloth");
   BodyModel model = body;
   model.templateVertices.conservativeResize(3, numAll);
   model.templateVertices.rightCols(numAll - numBody) = layer.restVertices;
@@ -160,8 +124,11 @@ BodyModel withLayer(const BodyModel& body, const OuterLayer& layer) {
   model.parents.push_back(avatar::kPelvis);
   model.poseDirections.emplace_back();
   model.jointRegressor = withHips(body.jointRegressor, numAll);
-  if (!layer.widthKnown && layer.faces.cols() > 0)
-    addWidths(layer, model);
+  const ClothUnknown unknown = unknownOf(layer);
+  if (unknown == ClothUnknown::kWidths)
+    addClothShapes(widthShapes(layer), model);
+  if (unknown == ClothUnknown::kPlaces)
+    addClothShapes(shiftShapes(layer), model);
   std::vector<Eigen::Triplet<double>> weights;
   const auto append = [&](const SkinningWeights& from, Eigen::Index first) {
     for (Eigen::Index v = 0; v < from.rows(); ++v)
@@ -267,7 +234,8 @@ std::vector<TrackedSurface::Sample> chosenSamples(
         bareness = cloth ? 0.0 : layer->bareness[vertex];
       const double hanging =
           cloth ? model.skinningWeights.coeff(vertex, model.numJoints() - 1) : 0.0;
-      samples.push_back({vertex, joint, cloth, bareness, hanging});
+      const double looseness = cloth ? layer->looseness[vertex - numBodyVertices] : 0.0;
+      samples.push_back({vertex, joint, cloth, bareness, hanging, looseness});
     }
   };
   const int numCloth = static_cast<int>(model.numVertices()) - numBodyVertices;
@@ -320,13 +288,6 @@ std::vector<Eigen::Matrix3Xd> posedJointShapeDerivatives(
 
 }  // namespace
 
-OuterLayer widened(OuterLayer layer, const Eigen::VectorXd& widths) {
-  if (layer.restVertices.cols() > 0)
-    layer.restVertices.reshaped() += widthShapes(layer) * widths;
-  layer.widthKnown = true;
-  return layer;
-}
-
 TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const OuterLayer* layer)
     : whole_(
           (requireSmplFamily(body), layer ? withLayer(truncated(body), *layer) : truncated(body))),
@@ -334,10 +295,12 @@ TrackedSurface::TrackedSurface(const BodyModel& body, int numSamples, const Oute
       numBodyFaces_(static_cast<int>(body.numFaces())),
       numBetas_(whole_.numBetas()),
       numBodyBetas_(std::min(kMaxBetas, body.numBetas())),
+      clothUnknown_(layer ? unknownOf(*layer) : ClothUnknown::kNothing),
       samples_(chosenSamples(whole_, numBodyVertices_, layer, numSamples)),
       restJointShapeDerivatives_(jointShapeDerivatives(whole_)),
       wholeSkinning_(whole_),
       sampledSkinning_((sampled_ = simulcap::sampledModel(whole_, samples_), sampled_)) {
+  layerSamples_ = sampled_.templateVertices;
   const Eigen::Matrix3Xd normals = avatar::vertexNormals({whole_.templateVertices, whole_.faces});
   restNormals_.resize(3, static_cast<Eigen::Index>(samples_.size()));
   for (std::size_t i = 0; i < samples_.size(); ++i) {
@@ -370,14 +333,33 @@ void TrackedSurface::setBareness(const Eigen::VectorXd& logOdds) {
     samples_[static_cast<std::size_t>(s)].bareness = 1.0 / (1.0 + std::exp(-logOdds[s]));
 }
 
-avatar::ShapedBody TrackedSurface::shapedSamples(const Eigen::VectorXd& betas) const {
-  avatar::ShapedBody shaped;
-  shaped.vertices = avatar::shapedVertices(sampled_, betas);
-  shaped.joints = templateJoints_;
-  for (int joint = 0; joint < whole_.numJoints(); ++joint) {
+void TrackedSurface::setClothOffsets(const Eigen::VectorXd& offsets) {
+  if (offsets.size() != layerSamples_.cols())
+    throw std::invalid_argument("TrackedSurface: expected the offset of each sample");
+  sampled_.templateVertices = layerSamples_ + restNormals_ * offsets.asDiagonal();
+}
+
+/// Of whole_ or sampled_, whose first `numBody` vertices are skin. Betas don't move cloth, and what
+/// is unknown of the clothes doesn't move skin.
+avatar::ShapedBody TrackedSurface::shaped(
+    const BodyModel& model, Eigen::Index numBody, const Eigen::VectorXd& betas) const {
+  if (betas.size() > numBetas_ || !betas.allFinite())
+    throw std::invalid_argument(
+        "TrackedSurface: expected at most " + std::to_string(numBetas_) + " finite numbers");
+  const Eigen::Index numOfBody = std::min<Eigen::Index>(betas.size(), numBodyBetas_);
+  const Eigen::Index numOfCloth = betas.size() - numOfBody;
+  avatar::ShapedBody shaped{model.templateVertices, templateJoints_};
+  auto values = shaped.vertices.reshaped();
+  values.head(3 * numBody) +=
+      model.shapeDirections.topLeftCorner(3 * numBody, numOfBody) * betas.head(numOfBody);
+  const Eigen::Index clothRows = values.size() - 3 * numBody;
+  values.tail(clothRows) +=
+      model.shapeDirections.block(3 * numBody, numBodyBetas_, clothRows, numOfCloth) *
+      betas.tail(numOfCloth);
+  for (int joint = 0; joint < model.numJoints(); ++joint)
     shaped.joints.col(joint) +=
-        restJointShapeDerivatives_[static_cast<std::size_t>(joint)].leftCols(betas.size()) * betas;
-  }
+        restJointShapeDerivatives_[static_cast<std::size_t>(joint)].leftCols(numOfBody) *
+        betas.head(numOfBody);
   return shaped;
 }
 
@@ -398,7 +380,7 @@ avatar::BodyPose TrackedSurface::withPlumb(const avatar::BodyPose& pose) const {
 
 PosedSamples TrackedSurface::pose(
     const BodyParameters& parameters, bool withShapeDerivatives) const {
-  const avatar::ShapedBody shaped = shapedSamples(parameters.betas);
+  const avatar::ShapedBody shaped = this->shaped(sampled_, numBodySamples(), parameters.betas);
   avatar::SkinnedBody body = sampledSkinning_.pose(shaped, withPlumb(parameters.pose));
   PosedSamples posed;
   posed.normals = blendedNormals(sampled_, restNormals_, body.worldFromJoint);
@@ -423,7 +405,8 @@ PosedSamples TrackedSurface::pose(
 }
 
 Eigen::Matrix3Xd TrackedSurface::posedVertices(const BodyParameters& parameters) const {
-  return wholeSkinning_.pose(wholeSkinning_.shape(parameters.betas), withPlumb(parameters.pose))
+  return wholeSkinning_
+      .pose(shaped(whole_, numBodyVertices_, parameters.betas), withPlumb(parameters.pose))
       .vertices;
 }
 

@@ -19,13 +19,10 @@ inline constexpr int kMostModelJoints = 64;
 /// What is looked for in depth: pose and the first betas.
 struct BodyParameters {
   avatar::BodyPose pose;  ///< 24 joints
-  /// B; with an outer layer of unknown width more: how much wider it is than it was measured [cm],
-  /// in kNumClothRegions parts.
+  /// B; behind them what is unknown of the outer layer: the weights of widthShapes() [cm] or of
+  /// shiftShapes().
   Eigen::VectorXd betas;
 };
-
-/// Parts of clothes whose widths err alike: seat and thighs, shins, trunk, sleeves, what hangs.
-inline constexpr int kNumClothRegions = 5;
 
 /// Where the parameters stand in the solver's vector: 66 of the tracked joints (axis-angle), 3 of
 /// the translation, B betas.
@@ -33,9 +30,6 @@ struct TrackingLayout {
   static constexpr int kTranslation = 3 * kNumTrackedJoints;
   static constexpr int kBetas = kTranslation + 3;
 };
-
-/// The layer wider by so much [cm] in each of kNumClothRegions regions, and its width known.
-OuterLayer widened(OuterLayer layer, const Eigen::VectorXd& widths);
 
 /// The samples of the surface in one pose.
 struct PosedSamples {
@@ -59,7 +53,8 @@ class TrackedSurface {
     bool cloth = false;  ///< on the outer layer
     /// How likely the skin is bare here when nobody labelled the cloth, in [0, 1].
     double bareness = 0.0;
-    double hanging = 0.0;  ///< how much of the cloth hangs plumb from the hips, in [0, 1]
+    double hanging = 0.0;    ///< how much of the cloth hangs plumb from the hips, in [0, 1]
+    double looseness = 0.0;  ///< of cloth [m], see clothLooseness()
   };
 
   /// Throws std::invalid_argument unless the body is of SMPL's family and the layer has its joints.
@@ -84,6 +79,9 @@ class TrackedSurface {
   /// It follows the pelvis, upright, and is not looked for itself.
   int plumbJoint() const { return knowsClothes() ? whole_.numJoints() - 1 : -1; }
 
+  /// What is looked for of the clothes.
+  ClothUnknown clothUnknown() const { return clothUnknown_; }
+
   /// Does cloth hang about the legs that isn't carried by them?
   bool coversLegs() const { return coversLegs_; }
 
@@ -101,6 +99,13 @@ class TrackedSurface {
   /// What was learned of the body's samples: log odds of being bare, one each
   /// (std::invalid_argument).
   void setBareness(const Eigen::VectorXd& logOdds);
+
+  /// What was learned of the cloth's samples: how far outside of the layer they are [m], along its
+  /// normals at rest; one per sample, 0 for the body's (std::invalid_argument).
+  void setClothOffsets(const Eigen::VectorXd& offsets);
+
+  /// 3 × N [m]: the samples at rest, of the mean shape, without these offsets.
+  const Eigen::Matrix3Xd& layerSamples() const { return layerSamples_; }
 
   /// The part of model() that is sampled; one vertex per sample.
   const avatar::BodyModel& sampledModel() const { return sampled_; }
@@ -120,12 +125,15 @@ class TrackedSurface {
 
  private:
   avatar::BodyPose withPlumb(const avatar::BodyPose& pose) const;
-  avatar::ShapedBody shapedSamples(const Eigen::VectorXd& betas) const;
+  avatar::ShapedBody shaped(
+      const avatar::BodyModel& model, Eigen::Index numBody, const Eigen::VectorXd& betas) const;
 
   avatar::BodyModel whole_, sampled_;
   int numBodyVertices_ = 0, numBodyFaces_ = 0, numBetas_ = 0, numBodyBetas_ = 0;
   bool coversLegs_ = false;
+  ClothUnknown clothUnknown_ = ClothUnknown::kNothing;
   std::vector<Sample> samples_;
+  Eigen::Matrix3Xd layerSamples_;    // 3 × N, of sampled_ without offsets
   Eigen::Matrix3Xd restNormals_;     // 3 × N, of the mean shape
   Eigen::Matrix3Xd templateJoints_;  // 3 × J
   Eigen::MatrixXd normalShapes_;     // N × B

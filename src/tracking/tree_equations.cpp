@@ -30,10 +30,11 @@ std::vector<SamplePull> pullsOf(
 /// Sums over samples, per tracked joint and pair of them.
 class WrenchSums {
  public:
-  WrenchSums(const TrackedSurface& surface, const PosedSamples& at)
+  /// `firstBeta`: those before it are known.
+  WrenchSums(const TrackedSurface& surface, const PosedSamples& at, Eigen::Index firstBeta)
       : surface_(surface),
         at_(at),
-        numBetas_(at.jointShapeDerivatives.empty() ? 0 : surface.numBetas()),
+        numBetas_(at.jointShapeDerivatives.empty() ? 0 : surface.numBetas() - firstBeta),
         pairs_(kNumTrackedJoints * kNumTrackedJoints, WrenchPair::Zero()),
         betaCross_(Eigen::MatrixXd::Zero(numBetas_, 6 * kNumTrackedJoints)),
         betaMatrix_(Eigen::MatrixXd::Zero(numBetas_, numBetas_)),
@@ -53,7 +54,7 @@ class WrenchSums {
     std::size_t count = 0;
     for (SkinningWeights::InnerIterator it(weights(), sample); it; ++it)
       addBone(it, sample, pull, count++);
-    if (numBetas_ > 0)
+    if (numBetas_ > 0 && isShaped(sample))
       addBetas(sample, pull, count);
   }
 
@@ -135,12 +136,19 @@ class WrenchSums {
       pairs_[pairIndex(l, k)] += product.transpose();
   }
 
+  /// What is unknown of the clothes doesn't move the skin.
+  bool isShaped(int sample) const {
+    const Eigen::Index numCloth = surface_.numBetas() - surface_.numBodyBetas();
+    return numBetas_ > numCloth || surface_.samples()[static_cast<std::size_t>(sample)].cloth;
+  }
+
   /// ∂v/∂β = Σ_k w_k (∂g_k/∂β − R_k ∂J_k/∂β + R_k S_v): the first two of each bone.
   void prepareBetas() {
     for (std::size_t k = 0; k < at_.worldFromJoint.size(); ++k)
       boneShape_.emplace_back(
-          at_.jointShapeDerivatives[k] -
-          at_.worldFromJoint[k].linear() * surface_.restJointShapeDerivatives()[k]);
+          at_.jointShapeDerivatives[k].rightCols(numBetas_) -
+          at_.worldFromJoint[k].linear() *
+              surface_.restJointShapeDerivatives()[k].rightCols(numBetas_));
     shape_.resize(3, numBetas_);
     weightedShape_.resize(3, numBetas_);
   }
@@ -153,8 +161,8 @@ class WrenchSums {
       rotation += it.value() * at_.worldFromJoint[k].linear();
       shape_ += it.value() * boneShape_[k];
     }
-    shape_ +=
-        rotation.lazyProduct(surface_.sampledModel().shapeDirections.middleRows<3>(3 * sample));
+    shape_ += rotation.lazyProduct(
+        surface_.sampledModel().shapeDirections.middleRows<3>(3 * sample).rightCols(numBetas_));
     weightedShape_ = pull.stiffness.lazyProduct(shape_);
     betaMatrix_ += shape_.transpose().lazyProduct(weightedShape_);
     betaGradient_ += shape_.transpose().lazyProduct(pull.force);
@@ -180,8 +188,9 @@ class WrenchSums {
 WrenchSums gathered(
     const TrackedSurface& surface,
     const PosedSamples& at,
-    const std::vector<SurfaceConstraint>& constraints) {
-  WrenchSums sums(surface, at);
+    const std::vector<SurfaceConstraint>& constraints,
+    Eigen::Index firstBeta) {
+  WrenchSums sums(surface, at, firstBeta);
   const std::vector<SamplePull> pulls = pullsOf(surface.samples().size(), constraints);
   for (std::size_t s = 0; s < pulls.size(); ++s)
     if (pulls[s].stiffness.trace() > 0.0)
@@ -212,19 +221,23 @@ Eigen::Matrix<double, 6, 3> jointAxes(const PosedSamples& at, std::size_t joint)
 avatar::NormalEquations treeEquations(
     const TrackedSurface& surface,
     const PosedSamples& at,
-    const std::vector<SurfaceConstraint>& constraints) {
-  const WrenchSums sums = gathered(surface, at, constraints);
+    const std::vector<SurfaceConstraint>& constraints,
+    Eigen::Index numKnownBetas) {
+  const WrenchSums sums = gathered(surface, at, constraints, numKnownBetas);
   const Eigen::MatrixXd products = sums.subtreeProducts();
   const Eigen::VectorXd gradient = sums.subtreeGradient();
 
-  const Eigen::Index numBetas = at.jointShapeDerivatives.empty() ? 0 : surface.numBetas();
+  const Eigen::Index firstBeta = TrackingLayout::kBetas + numKnownBetas;
+  const Eigen::Index numBetas =
+      at.jointShapeDerivatives.empty() ? 0 : surface.numBetas() - numKnownBetas;
   Eigen::MatrixXd axes = Eigen::MatrixXd::Zero(6, TrackingLayout::kBetas);
   for (std::size_t j = 0; j < kNumTrackedJoints; ++j) {
     axes.middleCols<3>(3 * static_cast<Eigen::Index>(j)) = jointAxes(at, j);
   }
   axes.block<3, 3>(3, TrackingLayout::kTranslation).setIdentity();
 
-  avatar::NormalEquations equations(TrackingLayout::kBetas + numBetas);
+  avatar::NormalEquations equations(
+      TrackingLayout::kBetas + (at.jointShapeDerivatives.empty() ? 0 : surface.numBetas()));
   equations.weightedSquares = weightedSquares(constraints);
   // The translation moves all that the root moves: its block comes from joint 0's wrenches.
   constexpr int kNumBlocks = kNumTrackedJoints + 1;
@@ -240,7 +253,7 @@ avatar::NormalEquations treeEquations(
           axes.middleCols<3>(3 * j);
     }
     if (numBetas > 0) {
-      equations.matrix.block(TrackingLayout::kBetas, 3 * i, numBetas, 3).noalias() =
+      equations.matrix.block(firstBeta, 3 * i, numBetas, 3).noalias() =
           products.block(6 * kNumTrackedJoints, wrenchOf(i), numBetas, 6) * rowAxes;
     }
   }

@@ -18,7 +18,7 @@ struct SurfaceConstraint {
 };
 
 /// JᵀWJ and JᵀWr of the constraints in TrackingLayout, with or without betas, in time that doesn't
-/// grow with the number of ancestors.
+/// grow with the number of ancestors. Of the first `numKnownBetas` betas rows and columns are 0.
 ///
 /// A vertex carried by bones k with weights w_k moves along n by Σ_k h_k · (ω_k, u_k), with the
 /// wrench h_k = w_k (x_k × n, n) = w_k [[x_k]×; 1] n, x_k where bone k alone would carry it, and
@@ -30,6 +30,7 @@ struct SurfaceConstraint {
 avatar::NormalEquations treeEquations(
     const TrackedSurface& surface,
     const PosedSamples& at,
-    const std::vector<SurfaceConstraint>& constraints);
+    const std::vector<SurfaceConstraint>& constraints,
+    Eigen::Index numKnownBetas = 0);
 
 }  // namespace simulcap

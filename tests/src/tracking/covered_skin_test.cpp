@@ -4,9 +4,9 @@
 #include "avatar/skinning.h"
 #include "src/tracking/body_tracker.h"
 #include "src/tracking/learned_bareness.h"
-#include "src/tracking/outer_layer.h"
 #include "src/tracking/surface_visibility.h"
 #include "tests/src/tracking/clothed_sequence.h"
+#include "tests/src/tracking/dressed_body.h"
 #include "tests/src/tracking/rendered_body.h"
 #include "tests/support/sample_avatar.h"
 
@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <initializer_list>
 #include <numeric>
 #include <vector>
@@ -22,6 +21,13 @@
 /// What the tracker makes of skin that nobody sees.
 namespace simulcap {
 namespace {
+
+using test::clothed;
+using test::clothesOf;
+using test::coarseTracker;
+using test::Region;
+using test::restJoints;
+using test::restNormals;
 
 /// Unlabelled depth of a person whose trunk and upper limbs are under cloth that stands off.
 DepthCloud unlabelledCloud(const test::ClothedPerson& person, const avatar::Camera& camera) {
@@ -84,36 +90,6 @@ TEST(OuterLayer, CoversTheSkinBehindIt) {
     }
   }
   EXPECT_GT(covered, 100);
-}
-
-using Region = std::function<bool(const Eigen::Vector3d&)>;
-
-Eigen::Matrix3Xd restJoints() {
-  const auto& model = avatar::defaultBody();
-  return avatar::posedBody(model, Eigen::VectorXd::Zero(model.numBetas()), {}).joints;
-}
-
-Eigen::Matrix3Xd restNormals() {
-  const auto& model = avatar::defaultBody();
-  return avatar::vertexNormals({model.templateVertices, model.faces});
-}
-
-/// The default body under cloth that stands off by `gap` [m] where it is covered.
-avatar::BodyModel clothed(double gap, const Region& covered) {
-  avatar::BodyModel dressed = avatar::defaultBody();
-  const Eigen::Matrix3Xd& skin = avatar::defaultBody().templateVertices;
-  const Eigen::Matrix3Xd normals = restNormals();
-  for (Eigen::Index v = 0; v < skin.cols(); ++v)
-    if (covered(skin.col(v)))
-      dressed.templateVertices.col(v) += gap * normals.col(v);
-  return dressed;
-}
-
-BodyTracker coarseTracker(const avatar::Camera& camera) {
-  TrackerOptions options;
-  options.numSamples = 800;
-  options.numDepthSamples = 600;
-  return BodyTracker(avatar::defaultBody(), camera, options);
 }
 
 /// Somebody turns by `step` [rad] from frame to frame; depth has no labels.
@@ -184,44 +160,6 @@ TEST(BodyTracker, HipsThatAreNotSeenDoNotGrowWithTheShirt) {
   EXPECT_LT(std::abs(thicker), 0.006);  // of the shirt's 2 cm
 }
 
-/// The covered parts of a dressed body of one shape as clothes that follow it.
-OuterLayer clothesOf(
-    const avatar::BodyModel& dressed, const Eigen::VectorXd& betas, const Region& covered) {
-  const avatar::BodyModel& model = avatar::defaultBody();
-  std::vector<Eigen::Index> kept;
-  std::vector<int> place(static_cast<std::size_t>(model.numVertices()), -1);
-  for (Eigen::Index v = 0; v < model.numVertices(); ++v) {
-    if (!covered(model.templateVertices.col(v)))
-      continue;
-    place[static_cast<std::size_t>(v)] = static_cast<int>(kept.size());
-    kept.push_back(v);
-  }
-  OuterLayer layer;
-  layer.restVertices = avatar::shapedVertices(dressed, betas)(Eigen::all, kept);
-  layer.bareness = Eigen::VectorXd::Ones(model.numVertices());
-  layer.skinningWeights.resize(std::ssize(kept), model.numJoints() + 1);
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    layer.bareness[kept[i]] = 0.0;
-    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(
-             model.skinningWeights, kept[i]);
-         it;
-         ++it)
-      layer.skinningWeights.insert(static_cast<Eigen::Index>(i), it.col()) = it.value();
-  }
-  layer.skinningWeights.makeCompressed();
-  std::vector<Eigen::Vector3i> faces;
-  for (const auto& face : model.faces.colwise()) {
-    const Eigen::Vector3i corners =
-        face.unaryExpr([&](int vertex) { return place[static_cast<std::size_t>(vertex)]; });
-    if (corners.minCoeff() >= 0)
-      faces.push_back(corners);
-  }
-  layer.faces.resize(3, std::ssize(faces));
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    layer.faces.col(static_cast<Eigen::Index>(f)) = faces[f];
-  return layer;
-}
-
 /// How far the hips are found nearer to the camera than they are, frame by frame of a turn once
 /// round of somebody whose shape is known [m].
 std::vector<double> pullToCamera(
@@ -256,7 +194,7 @@ TEST(BodyTracker, ClothesMeasuredTooNarrowSoonDrawNobodyToTheCamera) {
   const Eigen::VectorXd betas = Eigen::VectorXd::LinSpaced(10, -0.5, 0.5);
   OuterLayer clothes = clothesOf(clothed(kGap - kTooNarrow, isCovered), betas, isCovered);
   const std::vector<double> known = pullToCamera(dressed, betas, clothes);
-  clothes.widthKnown = false;
+  clothes.unknown = ClothUnknown::kWidths;
   const std::vector<double> learned = pullToCamera(dressed, betas, clothes);
   const auto meanOf = [](const std::vector<double>& values, std::ptrdiff_t last) {
     return std::accumulate(values.end() - last, values.end(), 0.0) / static_cast<double>(last);

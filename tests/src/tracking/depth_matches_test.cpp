@@ -51,10 +51,12 @@ TEST(DepthMatches, LeaveABodyInKnownClothesWhereItIsThoughDepthIsNoisy) {
   dressed.templateVertices +=
       options.clothOffset * avatar::vertexNormals({model.templateVertices, model.faces});
   OuterLayer clothes{
-      dressed.templateVertices,
-      dressed.faces,
-      dressed.skinningWeights,
-      Eigen::VectorXd::Zero(model.numVertices())};
+      .restVertices = dressed.templateVertices,
+      .faces = dressed.faces,
+      .skinningWeights = dressed.skinningWeights,
+      .bareness = Eigen::VectorXd::Zero(model.numVertices()),
+      .looseness = Eigen::VectorXd::Constant(model.numVertices(), options.clothOffset),
+      .unknown = ClothUnknown::kNothing};
   clothes.skinningWeights.conservativeResize(model.numVertices(), model.numJoints() + 1);
   const avatar::Camera camera = test::smallCamera();
   const TrackedSurface surface(model, 1500, &clothes);

@@ -1,5 +1,6 @@
 #include "avatar/default_body/embedded_body.h"
 #include "avatar/skeleton.h"
+#include "src/tracking/cloth_shapes.h"
 #include "src/tracking/outer_layer.h"
 #include "src/tracking/tracked_surface.h"
 #include "tests/support/sample_avatar.h"
@@ -77,12 +78,13 @@ class SkirtedSurface : public testing::Test {
 
   /// 3 × of all vertices [m].
   Eigen::Matrix3Xd posed(const BodyPose& pose) const {
-    return surface_.posedVertices({pose, usualShape().head(surface_.numBetas())});
+    return surface_.posedVertices({pose, shape_});
   }
 
   avatar::LayeredAvatar person_ = inShirtAndSkirt(avatar::defaultBody(), avatar::aPose());
   OuterLayer layer_ = outerLayer(person_);
   TrackedSurface surface_{avatar::defaultBody(), 200, &layer_};
+  Eigen::VectorXd shape_ = Eigen::VectorXd::Zero(surface_.numBetas());
   std::vector<Eigen::Index> hanging_;  // of the surface, those that nothing else carries
 };
 
@@ -91,7 +93,7 @@ TEST_F(SkirtedSurface, IsCarriedAsAWholeAndHangsWhereItIsOffTheLegs) {
   const Eigen::VectorXd sums =
       layer_.skinningWeights * Eigen::VectorXd::Ones(layer_.skinningWeights.cols());
   // Sums of a few weights that are up to 1.
-  EXPECT_LT((sums.array() - 1.0).abs().maxCoeff(), 1e-12);
+  EXPECT_TRUE(sums.isOnes(1e-12));
   EXPECT_EQ(surface_.plumbJoint(), avatar::defaultBody().numJoints());
   EXPECT_EQ(layer_.skinningWeights.cols(), surface_.plumbJoint() + 1);
   EXPECT_GT(hanging_.size(), 50U);
@@ -201,7 +203,7 @@ TEST(TrackedSurface, KnowsNoClothesOfAnAvatarWithoutGarments) {
   avatar::LayeredAvatar person;
   person.body = avatar::makeAvatarBody(avatar::defaultBody(), usualShape());
   OuterLayer none = outerLayer(person);
-  none.widthKnown = false;
+  none.unknown = ClothUnknown::kWidths;
   const TrackedSurface undressed(avatar::defaultBody(), 200, &none);
   const TrackedSurface body(avatar::defaultBody(), 200);
   EXPECT_FALSE(undressed.knowsClothes());
@@ -215,13 +217,13 @@ TEST(TrackedSurface, KnowsNoClothesOfAnAvatarWithoutGarments) {
 TEST(OuterLayer, WidenedIsWhatTheSameWidthsMakeOfIt) {
   const BodyModel& model = avatar::defaultBody();
   OuterLayer layer = outerLayer(inShirtAndSkirt(model, avatar::aPose()));
-  layer.widthKnown = false;
+  layer.unknown = ClothUnknown::kWidths;
   const TrackedSurface surface(model, 200, &layer);
   BodyParameters parameters{leaningStep(), Eigen::VectorXd::Zero(surface.numBetas())};
   const Eigen::VectorXd widths = Eigen::VectorXd::LinSpaced(kNumClothRegions, -1.0, 3.0);
   parameters.betas.tail<kNumClothRegions>() = widths;
   const OuterLayer wide = widened(layer, widths);
-  EXPECT_TRUE(wide.widthKnown);
+  EXPECT_EQ(wide.unknown, ClothUnknown::kNothing);
   const TrackedSurface known(model, 200, &wide);
   const BodyParameters same{parameters.pose, Eigen::VectorXd::Zero(known.numBetas())};
   const Eigen::Matrix3Xd difference = known.posedVertices(same) - surface.posedVertices(parameters);
@@ -231,8 +233,9 @@ TEST(OuterLayer, WidenedIsWhatTheSameWidthsMakeOfIt) {
 TEST(TrackedSurface, WidensClothesByACentimetrePerUnitAndNothingElse) {
   const BodyModel& model = avatar::defaultBody();
   OuterLayer layer = outerLayer(inShirtAndSkirt(model, avatar::aPose()));
+  layer.unknown = ClothUnknown::kNothing;
   const TrackedSurface known(model, 200, &layer);
-  layer.widthKnown = false;
+  layer.unknown = ClothUnknown::kWidths;
   const TrackedSurface surface(model, 200, &layer);
   EXPECT_EQ(known.numBetas(), known.numBodyBetas());
   ASSERT_EQ(surface.numBetas(), surface.numBodyBetas() + kNumClothRegions);

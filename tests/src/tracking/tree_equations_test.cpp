@@ -1,6 +1,7 @@
 #include "src/tracking/tree_equations.h"
 
 #include "avatar/default_body/embedded_body.h"
+#include "src/tracking/cloth_shapes.h"
 #include "src/tracking/pose_regularizer.h"
 #include "src/tracking/pose_uncertainty.h"
 #include "tests/support/gradient_check.h"
@@ -10,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 namespace simulcap {
 namespace {
@@ -95,26 +97,50 @@ TEST(TreeEquations, AreTheNormalEquationsOfTheFiniteDifferences) {
   expectFiniteDifferences(TrackedSurface(rigidlySkinnedBody(), 300), 0);
 }
 
-OuterLayer shirtAndSkirt(const avatar::BodyModel& model) {
+OuterLayer shirtAndSkirt(const avatar::BodyModel& model, ClothUnknown unknown) {
   OuterLayer layer =
       outerLayer(avatar::test::dressedAvatar(model, Eigen::VectorXd::Zero(model.numBetas())));
-  layer.widthKnown = false;
+  layer.unknown = unknown;
   return layer;
 }
 
 TEST(TreeEquations, AreThoseOfClothesTooButForTheTurnOfWhatHangs) {
   const avatar::BodyModel model = rigidlySkinnedBody();
-  const OuterLayer clothes = shirtAndSkirt(model);
+  const std::map<ClothUnknown, int> numUnknown = {
+      {ClothUnknown::kNothing, 0},
+      {ClothUnknown::kWidths, kNumClothRegions},
+      {ClothUnknown::kPlaces, kNumClothShifts}};
+  for (const auto& [unknown, count] : numUnknown) {
+    const OuterLayer clothes = shirtAndSkirt(model, unknown);
+    const TrackedSurface surface(model, 600, &clothes);
+    ASSERT_EQ(surface.numBetas(), surface.numBodyBetas() + count);
+    ASSERT_TRUE(surface.coversLegs());
+    constexpr Eigen::Index kRoot = 3;  // the only rotation that what hangs turns with
+    expectFiniteDifferences(surface, kRoot);
+  }
+}
+
+TEST(TreeEquations, AreTheSameWithoutWhatIsKnown) {
+  const avatar::BodyModel model = rigidlySkinnedBody();
+  const OuterLayer clothes = shirtAndSkirt(model, ClothUnknown::kPlaces);
   const TrackedSurface surface(model, 600, &clothes);
-  ASSERT_EQ(surface.numBetas(), surface.numBodyBetas() + kNumClothRegions);
-  ASSERT_TRUE(surface.coversLegs());
-  constexpr Eigen::Index kRoot = 3;  // the only rotation that what hangs turns with
-  expectFiniteDifferences(surface, kRoot);
+  const Eigen::Index numKnown = surface.numBodyBetas();
+  const PosedSamples posed = surface.pose(bentBody(surface), true);
+  const auto all = treeEquations(surface, posed, someConstraints(surface));
+  const auto some = treeEquations(surface, posed, someConstraints(surface), numKnown);
+  Eigen::MatrixXd expected = all.matrix.triangularView<Eigen::Lower>();
+  expected.middleRows(TrackingLayout::kBetas, numKnown).setZero();
+  expected.middleCols(TrackingLayout::kBetas, numKnown).setZero();
+  const Eigen::MatrixXd found = some.matrix.triangularView<Eigen::Lower>();
+  EXPECT_TRUE(found.isApprox(expected, 1e-12)) << "the same sums";
+  Eigen::VectorXd gradient = all.gradient;
+  gradient.segment(TrackingLayout::kBetas, numKnown).setZero();
+  EXPECT_TRUE(some.gradient.isApprox(gradient, 1e-12));
 }
 
 TEST(TreeEquations, WhatHangsTellsWhereTheHipsAreAndNotHowTheyTurn) {
   const avatar::BodyModel model = rigidlySkinnedBody();
-  const OuterLayer clothes = shirtAndSkirt(model);
+  const OuterLayer clothes = shirtAndSkirt(model, ClothUnknown::kWidths);
   const TrackedSurface surface(model, 600, &clothes);
   std::vector<SurfaceConstraint> constraints;
   for (int i = 0; i < static_cast<int>(surface.samples().size()); ++i)
