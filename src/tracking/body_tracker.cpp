@@ -4,19 +4,16 @@
 #include "avatar/io/prior_file.h"
 #include "src/tracking/cloth_offsets.h"
 #include "src/tracking/cloth_shapes.h"
-#include "src/tracking/coarse_alignment.h"
 #include "src/tracking/learned_bareness.h"
 #include "src/tracking/match_quality.h"
 #include "src/tracking/pose_solver.h"
 #include "src/tracking/pose_uncertainty.h"
-#include "src/tracking/surface_visibility.h"
+#include "src/tracking/start_search.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 
@@ -53,18 +50,6 @@ avatar::BodyPose extrapolated(
   }
   pose.translation += ratio * (last.translation - before.translation);
   return pose;
-}
-
-/// Every rotation by its shortest vector, so that the next frame starts far from 2π.
-void normalize(avatar::BodyPose& pose) {
-  for (Eigen::Index i = 0; i < pose.jointRotations.size(); i += 3) {
-    pose.jointRotations.segment<3>(i) = avatar::axisAngleFromQuaternion(
-        avatar::quaternionFromAxisAngle(pose.jointRotations.segment<3>(i)));
-  }
-}
-
-Eigen::Quaterniond rootOf(const avatar::BodyPose& pose) {
-  return avatar::quaternionFromAxisAngle(pose.jointRotations.head<3>());
 }
 
 TrackedBody unknownBody() {
@@ -129,7 +114,7 @@ class BodyTracker::Implementation {
       found = isFound(quality, surface_->knowsClothes());
     }
     if (visible && (!started || (!found && state_.framesLost > 0))) {
-      const PoseSolution fresh = startedAnew(view, farthestTurn(timestamp));
+      const PoseSolution fresh = startedAnew(view, timestamp);
       const MatchQuality freshQuality = qualityOf(fresh, view);
       constexpr double kClearlyBetter = 0.9;
       if (!started || freshQuality.meanCost < kClearlyBetter * quality.meanCost) {
@@ -244,6 +229,8 @@ class BodyTracker::Implementation {
     solver.firstInterIterations = std::min(3, options_.iterations - 1);
     if (surface_->knowsClothes())
       solver.regularization.prior *= kPriorInKnownClothes;
+    if (surface_->clothUnknown() == ClothUnknown::kPlaces)
+      solver.regularization.straightLegs *= kPriorInKnownClothes;
     // What may have changed grows with time.
     constexpr double kUsualStep = 1.0 / 30.0;
     const double step = std::max(timestamp - state_.timestamp, 0.25 * kUsualStep);
@@ -332,96 +319,25 @@ class BodyTracker::Implementation {
     return matchQuality(*surface_, posed, solution.visible, view);
   }
 
-  /// A start of the body and how well it explains the depth.
-  struct Candidate {
-    double cost = 0.0;
-    PoseSolution solution;
-    JointSet held;
-  };
-
-  static void sortByCost(std::vector<Candidate>& candidates) {
-    std::stable_sort(
-        candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-          return a.cost < b.cost;
-        });
-  }
-
-  /// What a start costs: how badly it explains depth, and more the further a person who is seen for
-  /// the first time would face away. Where head or feet are in the picture, the wrong side explains
-  /// depth worse by a third; without them front and back hardly differ.
-  double startCost(const MatchQuality& quality, const BodyParameters& parameters) const {
-    constexpr double kFacingAway = 0.1;
-    if (state_.framesTracked > 0)
-      return quality.meanCost;
-    const Eigen::Vector3d front = rootOf(parameters.pose) * Eigen::Vector3d::UnitZ();
-    const Eigen::Vector3d toCamera = avatar::centre(camera_) - parameters.pose.translation;
-    const double facing = front.dot(toCamera.normalized());
-    return quality.meanCost * (1.0 + 0.5 * kFacingAway * (1.0 - facing));
-  }
-
-  /// All coarse alignments, turned and moved as a whole.
-  std::vector<Candidate> roughStarts(const DepthView& view) const {
-    PoseSolverOptions rough = startOptions();
-    rough.iterations = 4;
-    rough.held.set();
-    rough.held.reset(avatar::kPelvis);
-    rough.regularization.temporal = 0.02;
-    rough.laterInterWeight = options_.firstInterWeight;
-    std::vector<Candidate> candidates;
-    for (const BodyParameters& start :
-         coarseAlignments(*surface_, view, state_.betas, !state_.betasHeld)) {
-      PoseSolution solution = solvePose(*surface_, regularizer_, view, start, rough);
-      const MatchQuality quality = qualityOf(solution, view);
-      const double cost = startCost(quality, solution.parameters);
-      candidates.push_back({cost, std::move(solution), unseenJoints(quality.jointUnseen)});
-    }
-    return candidates;
-  }
-
-  void refine(Candidate& candidate, const DepthView& view) const {
-    PoseSolverOptions fine = startOptions();
-    fine.regularization.temporal = 0.02;
-    fine.laterInterWeight = options_.firstInterWeight;
-    fine.held = candidate.held;
-    for (const int iterations : {8, 12}) {
-      fine.iterations = iterations;
-      BodyParameters from = candidate.solution.parameters;
-      normalize(from.pose);
-      fine.betas = betaKnowledge();
-      candidate.solution = solvePose(*surface_, regularizer_, view, from, fine);
-    }
-    BodyParameters& found = candidate.solution.parameters;
-    found.pose = settled(found.pose, found.pose, candidate.held, kNeverSeen);
-    candidate.solution.visible = visibleSamples(*surface_, candidate.solution.parameters, camera_);
-    candidate.cost = startCost(qualityOf(candidate.solution, view), found);
-  }
-
   /// How far somebody may have turned since the last frame that they were found in [rad].
   double farthestTurn(double timestamp) const {
     constexpr double kUnsure = 1.0;   // [rad]: of the last pose itself
     constexpr double kFastest = 6.0;  // [rad/s]: a pirouette
-    if (state_.framesTracked == 0)
-      return std::numbers::pi;
     const double step = timestamp - state_.timestamp;
     return kUnsure + kFastest * step * (1.0 + state_.framesLost);
   }
 
-  /// Tries all coarse alignments, refines the best few, keeps the best.
-  PoseSolution startedAnew(const DepthView& view, double farthestTurn) const {
-    constexpr std::size_t kRefined = 8;
-    std::vector<Candidate> candidates = roughStarts(view);
-    const Eigen::Quaterniond last = rootOf(state_.pose);
-    const auto isReached = [&](const Candidate& candidate) {
-      return last.angularDistance(rootOf(candidate.solution.parameters.pose)) <= farthestTurn;
-    };
-    if (std::any_of(candidates.begin(), candidates.end(), isReached))
-      std::erase_if(candidates, std::not_fn(isReached));
-    sortByCost(candidates);
-    candidates.resize(std::min(kRefined, candidates.size()));
-    for (Candidate& candidate : candidates)
-      refine(candidate, view);
-    sortByCost(candidates);
-    return candidates.front().solution;
+  PoseSolution startedAnew(const DepthView& view, double timestamp) const {
+    StartSearch search{
+        .surface = *surface_,
+        .regularizer = regularizer_,
+        .solver = startOptions(),
+        .betas = state_.betas,
+        .fitHeight = !state_.betasHeld};
+    search.solver.betas = betaKnowledge();
+    if (state_.framesTracked > 0)
+      search.last = LastFound{state_.pose, farthestTurn(timestamp)};
+    return foundStart(search, view);
   }
 
   JointDeviations deviations(const BodyParameters& parameters) const {
@@ -435,7 +351,7 @@ class BodyTracker::Implementation {
 
   TrackedBody accepted(
       PoseSolution& solution, const MatchQuality& quality, bool found, double timestamp) {
-    normalize(solution.parameters.pose);
+    shortenRotations(solution.parameters.pose);
     TrackedBody tracked = unknownBody();
     tracked.pose = solution.parameters.pose;
     tracked.medianResidual = quality.medianResidual;

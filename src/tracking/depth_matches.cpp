@@ -6,6 +6,7 @@
 #include "src/tracking/seen_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace simulcap {
@@ -21,12 +22,38 @@ constexpr double kSleeve = 0.06;     // cloth hangs up to this far from the skin
 constexpr double kFarCloth = 0.2;    // how much cloth farther than that pulls, relative to skin
 /// What hangs from the hips swings by centimetres, twice as far as other cloth slips.
 constexpr double kSwinging = 0.2;
+/// Where the clothes are known, bare skin is found to the depth's noise; cloth slips.
+constexpr double kBareSkin = 6.0;
+constexpr double kLoose = 0.03;  // cloth as loose as this tells half as much as tight cloth [m]
+/// Of a part's skin that is turned to the camera. Less of it is the edge of what hides it or what
+/// hangs over it, and depth nearby may show that instead.
+constexpr double kWellSeen = 0.7;
 constexpr double kMaxPush = 0.03;  // E_inter pulls as if no deeper than this [m]
 /// E_inter against E_data at λ = 1: noise puts half of the depth behind its surface, and ten times
 /// one side of it would push a body back that is right.
 constexpr double kInterShare = 0.3;
 /// What may be bare skin is pushed no harder by λ = 10 than it is pulled back.
 constexpr double kUnlabelledInterShare = 0.1;
+
+/// Per joint: what its skin says counts little while hardly any of it is seen.
+std::array<double, kNumTrackedJoints> trustInParts(
+    const TrackedSurface& surface, const SeenSamples& seen) {
+  std::array<double, kNumTrackedJoints> turned = {};
+  std::array<double, kNumTrackedJoints> facing = {};
+  for (std::size_t s = 0; s < surface.samples().size(); ++s) {
+    const Sample& sample = surface.samples()[s];
+    if (sample.cloth)
+      continue;
+    turned[static_cast<std::size_t>(sample.joint)] += seen.turned[s];
+    facing[static_cast<std::size_t>(sample.joint)] += seen.facing[s];
+  }
+  std::array<double, kNumTrackedJoints> trust = {};
+  for (std::size_t j = 0; j < trust.size(); ++j) {
+    const double share = turned[j] > 0.0 ? std::min(1.0, facing[j] / (kWellSeen * turned[j])) : 1.0;
+    trust[j] = share * share;
+  }
+  return trust;
+}
 
 class Matcher {
  public:
@@ -40,7 +67,8 @@ class Matcher {
         view_(view),
         options_(options),
         worldFromCamera_(view.camera().cameraFromWorld.linear().transpose()),
-        seen_(seenBy(view.camera(), posed, visible)) {}
+        seen_(seenBy(view.camera(), posed, visible)),
+        trust_(trustInParts(surface, seen_)) {}
 
   std::vector<SurfaceConstraint> run() {
     sampleShare_ =
@@ -76,7 +104,15 @@ class Matcher {
   }
 
   /// How much a sample's place tells of the body.
-  static double firmness(const Sample& sample) { return 1.0 - sample.hanging * (1.0 - kSwinging); }
+  double firmness(const Sample& sample) const {
+    const bool slips = surface_.clothUnknown() == ClothUnknown::kPlaces;
+    if (!sample.cloth) {
+      const double bare = slips ? sample.bareness * sample.bareness : 0.0;
+      return trust_[static_cast<std::size_t>(sample.joint)] * (1.0 + (kBareSkin - 1.0) * bare);
+    }
+    const double loose = slips ? sample.looseness / kLoose : 0.0;
+    return (1.0 - sample.hanging * (1.0 - kSwinging)) / (1.0 + loose * loose);
+  }
 
   /// A point of the surface against a plane through a depth pixel.
   void addPlane(
@@ -203,6 +239,7 @@ class Matcher {
   const MatchOptions& options_;
   Eigen::Matrix3d worldFromCamera_;
   SeenSamples seen_;
+  std::array<double, kNumTrackedJoints> trust_;
   double sampleShare_ = 1.0;
   std::vector<SurfaceConstraint> constraints_;
 };

@@ -14,8 +14,33 @@
 namespace simulcap {
 namespace {
 
-/// 0 where the skin has cloth before it, 1 where it hasn't, in between where the cloth's edge is so
-/// near that it may have slipped over.
+/// The faces whose corners are all marked.
+Eigen::Matrix3Xi facesOf(const avatar::TriangleMesh& mesh, const std::vector<bool>& marked) {
+  Eigen::Matrix3Xi faces(3, mesh.numFaces());
+  Eigen::Index count = 0;
+  for (Eigen::Index f = 0; f < mesh.numFaces(); ++f) {
+    const Eigen::Vector3i corners = mesh.faces.col(f);
+    if (std::all_of(corners.begin(), corners.end(), [&](int v) {
+          return marked[static_cast<std::size_t>(v)];
+        }))
+      faces.col(count++) = corners;
+  }
+  return faces.leftCols(count);
+}
+
+/// The cloth and the skin that has it before it.
+avatar::TriangleBvh clothAndCovered(
+    const OuterLayer& layer, const avatar::TriangleMesh& body, const std::vector<bool>& covered) {
+  const Eigen::Matrix3Xi under = facesOf(body, covered);
+  Eigen::Matrix3Xd vertices(3, layer.restVertices.cols() + body.numVertices());
+  vertices << layer.restVertices, body.vertices;
+  Eigen::Matrix3Xi faces(3, layer.faces.cols() + under.cols());
+  faces << layer.faces, (under.array() + static_cast<int>(layer.restVertices.cols())).matrix();
+  return avatar::TriangleBvh({vertices, faces});
+}
+
+/// 0 where the skin has cloth before it, 1 where it hasn't, in between where cloth or what has it
+/// before it is so near that it may have slipped over: from under a wide hem the cloth is far.
 Eigen::VectorXd barenessOf(const avatar::TriangleMesh& body, const OuterLayer& layer) {
   if (layer.faces.cols() == 0)
     return Eigen::VectorXd::Ones(body.numVertices());
@@ -23,13 +48,16 @@ Eigen::VectorXd barenessOf(const avatar::TriangleMesh& body, const OuterLayer& l
   constexpr double kSlip = 0.04;     // [m]
   const Eigen::Matrix3Xd normals = avatar::vertexNormals(body);
   const avatar::TriangleBvh cloth({layer.restVertices, layer.faces});
+  std::vector<bool> covered;
+  for (Eigen::Index v = 0; v < body.numVertices(); ++v)
+    covered.push_back(cloth.anyHit(
+        {.origin = body.vertices.col(v), .direction = normals.col(v), .tMax = kFarthest}));
+  const avatar::TriangleBvh near = clothAndCovered(layer, body, covered);
   Eigen::VectorXd bareness(body.numVertices());
   for (Eigen::Index v = 0; v < bareness.size(); ++v) {
     const Eigen::Vector3d point = body.vertices.col(v);
-    const bool covered =
-        cloth.anyHit({.origin = point, .direction = normals.col(v), .tMax = kFarthest});
-    bareness[v] =
-        covered ? 0.0 : std::min(1.0, (cloth.closestPoint(point).point - point).norm() / kSlip);
+    const double distance = (near.closestPoint(point).point - point).norm();
+    bareness[v] = covered[static_cast<std::size_t>(v)] ? 0.0 : std::min(1.0, distance / kSlip);
   }
   return bareness;
 }

@@ -1,5 +1,7 @@
 #include "src/tracking/pose_regularizer.h"
 
+#include "avatar/axis_angle.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -66,6 +68,13 @@ Eigen::Vector3d nearestBranch(const Eigen::Vector3d& axisAngle, const Eigen::Vec
   const Eigen::Vector3d other = axisAngle * (1.0 - 2.0 * std::numbers::pi / angle);
   return (other - reference).squaredNorm() < (axisAngle - reference).squaredNorm() ? other
                                                                                    : axisAngle;
+}
+
+void shortenRotations(avatar::BodyPose& pose) {
+  for (Eigen::Index i = 0; i < pose.jointRotations.size(); i += 3) {
+    pose.jointRotations.segment<3>(i) = avatar::axisAngleFromQuaternion(
+        avatar::quaternionFromAxisAngle(pose.jointRotations.segment<3>(i)));
+  }
 }
 
 PoseRegularizer::PoseRegularizer(PosePrior prior)

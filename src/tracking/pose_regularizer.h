@@ -42,4 +42,7 @@ const Eigen::VectorXd& temporalStiffness();
 /// The axis-angle vector of the same rotation that is nearest to `reference`.
 Eigen::Vector3d nearestBranch(const Eigen::Vector3d& axisAngle, const Eigen::Vector3d& reference);
 
+/// Every rotation by its shortest vector, so that what comes next starts far from 2π.
+void shortenRotations(avatar::BodyPose& pose);
+
 }  // namespace simulcap
