@@ -86,5 +86,43 @@ TEST(DepthMatches, LeaveABodyInKnownClothesWhereItIsThoughDepthIsNoisy) {
   EXPECT_LT(std::abs(step), 0.25 * noise) << step << " " << noise;
 }
 
+/// Of a sample, all its matches together.
+double weightOf(int sample, const std::vector<SurfaceConstraint>& constraints) {
+  double sum = 0.0;
+  for (const SurfaceConstraint& constraint : constraints)
+    sum += constraint.sample == sample ? constraint.weight : 0.0;
+  return sum;
+}
+
+TEST(DepthMatches, HardlyFollowTheLastThatIsSeenOfALimb) {
+  const avatar::BodyModel& model = avatar::defaultBody();
+  const avatar::Camera camera = test::smallCamera();
+  const TrackedSurface surface(model, 1500);
+  const BodyParameters truth{avatar::aPose(), Eigen::VectorXd::Zero(surface.numBetas())};
+  const DepthCloud cloud = test::renderedCloud(model, truth.betas, truth.pose, camera);
+  const DepthView view(cloud, camera, 100);
+  const PosedSamples posed = surface.pose(truth, false);
+  const std::vector<std::uint8_t> visible = visibleSamples(surface, truth, camera);
+  const std::vector<SurfaceConstraint> open = depthMatches(surface, posed, visible, view, {});
+  // One sample of the forearm looks out from behind something.
+  std::vector<std::uint8_t> behind = visible;
+  int last = -1;
+  for (int s = 0; s < std::ssize(behind); ++s) {
+    if (surface.samples()[static_cast<std::size_t>(s)].joint != avatar::kLeftElbow)
+      continue;
+    if (last < 0 && weightOf(s, open) > 0.0)
+      last = s;
+    else
+      behind[static_cast<std::size_t>(s)] = 0;
+  }
+  ASSERT_GE(last, 0);
+  const double before = weightOf(last, open);
+  const double after = weightOf(last, depthMatches(surface, posed, behind, view, {}));
+  // A tenth of the forearm at most: (0.1 / 0.7)² of the weight; pixels that lost their own samples
+  // may come to it.
+  EXPECT_GT(after, 0.0);
+  EXPECT_LT(after, 0.2 * before);
+}
+
 }  // namespace
 }  // namespace simulcap

@@ -3,6 +3,7 @@
 #include "src/tracking/surface_visibility.h"
 #include "tests/src/tracking/dressed_body.h"
 #include "tests/src/tracking/rendered_body.h"
+#include "tests/support/sample_avatar.h"
 
 #include <gtest/gtest.h>
 
@@ -48,6 +49,39 @@ TEST(ClothLooseness, IsHowFarClothStandsOff) {
   EXPECT_LE(looseness.maxCoeff(), kGap * (1.0 + 1e-9)) << "nothing is farther than its own skin";
   // Armpits and crotch are nearer to other skin.
   EXPECT_GT(looseness.mean(), 0.9 * kGap);
+}
+
+TEST(OuterLayer, DoesNotTakeSkinJustBelowAWideHemForBare) {
+  avatar::LayeredAvatar avatar;
+  avatar.body = avatar::makeAvatarBody(avatar::defaultBody(), noBetas());
+  const avatar::AvatarBody& body = avatar.body;
+  const double hem = body.joints(1, avatar::kLeftKnee) + 0.1;
+  const double hip = body.joints(1, avatar::kPelvis);
+  avatar.garments = {avatar::test::tubeGarment(
+      body, "skirt", {.bottom = hem, .top = hip + 0.05, .margin = 0.0}, BodyPose())};
+  const Eigen::VectorXd bareness = outerLayer(avatar).bareness;
+  const Eigen::Matrix3Xd normals = avatar::vertexNormals(body.mesh);
+  std::vector<Eigen::Index> edge;
+  std::vector<Eigen::Index> farBelow;
+  const auto isFront = [&](int v) {
+    return normals(2, v) > 0.8 && std::abs(body.mesh.vertices(0, v)) < 0.25;
+  };
+  for (const auto& face : body.mesh.faces.colwise()) {
+    const bool reachesUnder =
+        std::any_of(face.begin(), face.end(), [&](int v) { return bareness[v] == 0.0; });
+    for (const int v : face) {
+      const double height = body.mesh.vertices(1, v);
+      if (reachesUnder && bareness[v] > 0.0 && isFront(v) && height < hip)
+        edge.push_back(v);
+      else if (isFront(v) && height < hem - 0.1 && height > hem - 0.2)
+        farBelow.push_back(v);
+    }
+  }
+  ASSERT_GT(edge.size(), 3U);
+  ASSERT_GT(farBelow.size(), 10U);
+  // A centimetre or two, of the four that cloth slips; the cloth itself is farther than these.
+  EXPECT_LT(bareness(edge).mean(), 0.6);
+  EXPECT_EQ(bareness(farBelow).minCoeff(), 1.0);
 }
 
 TEST(ClothLooseness, IsTheSameOnAllSidesOfALimb) {
