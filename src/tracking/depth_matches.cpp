@@ -22,8 +22,9 @@ constexpr double kSleeve = 0.06;     // cloth hangs up to this far from the skin
 constexpr double kFarCloth = 0.2;    // how much cloth farther than that pulls, relative to skin
 /// What hangs from the hips swings by centimetres, twice as far as other cloth slips.
 constexpr double kSwinging = 0.2;
-/// Where the clothes are known, bare skin is found to the depth's noise; cloth slips.
-constexpr double kBareSkin = 6.0;
+/// Where the clothes are known, bare skin is found to the depth's noise; cloth slips. Much more
+/// than tight cloth it mustn't count: a real person's arms aren't quite the model's.
+constexpr double kBareSkin = 2.0;
 constexpr double kLoose = 0.03;  // cloth as loose as this tells half as much as tight cloth [m]
 /// Of a part's skin that is turned to the camera. Less of it is the edge of what hides it or what
 /// hangs over it, and depth nearby may show that instead.
