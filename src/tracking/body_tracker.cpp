@@ -31,8 +31,8 @@ constexpr double kHiddenLegs = 2.0;  // [per rad²]
 /// Of a frame's information that is new: noise, clothes and errors of matching repeat.
 constexpr double kNewInformation = 0.2;
 constexpr int kMinPersonPixels = 200;
-/// Of λ_pri, in frames after the first with known clothes: they tell more of a pose than the prior,
-/// which hardly knows some.
+/// Of λ_pri, in frames after the first with known clothes, and in captures of what holds hidden
+/// legs straight: clothes tell more of a pose than the prior, which hardly knows some.
 constexpr double kPriorInKnownClothes = 0.5;
 constexpr double kFarOff = 0.08;  // [m]: a joint that may deviate by more is lost
 

@@ -35,7 +35,9 @@ struct MatchOptions {
 /// Cloth is one-sided: skin must not be in front of it, and hardly anything pulls skin to where it
 /// is expected behind it.
 /// Where nobody knows what is cloth, skin far behind the depth is less likely bare than usual.
-/// Weights count per square metre of a spread of 1500 samples, whatever the numbers are.
+/// Where loose clothes are known but not where they hang, bare skin tells more of the body than
+/// they do. Of a part that is hidden but for its edge, that edge tells little. Weights count per
+/// square metre of a spread of 1500 samples, whatever the numbers are.
 std::vector<SurfaceConstraint> depthMatches(
     const TrackedSurface& surface,
     const PosedSamples& posed,

@@ -4,6 +4,7 @@
 #include "avatar/geometry/measures.h"
 #include "src/input/depth_noise.h"
 #include "src/tracking/surface_visibility.h"
+#include "tests/src/tracking/dressed_body.h"
 #include "tests/src/tracking/rendered_body.h"
 
 #include <Eigen/LU>
@@ -84,6 +85,44 @@ TEST(DepthMatches, LeaveABodyInKnownClothesWhereItIsThoughDepthIsNoisy) {
   // Of Gaussian noise, what is before the skin by more than σ pushes 0.083 σ on average, with
   // thrice the weight of cloth; all that is before it would push 0.40 σ.
   EXPECT_LT(std::abs(step), 0.25 * noise) << step << " " << noise;
+}
+
+/// A shirt and trousers that stand off; hands, feet and head are bare.
+bool isCovered(const Eigen::Vector3d& at) {
+  static const Eigen::Matrix3Xd kJoints = test::restJoints();
+  return at.y() < kJoints(1, avatar::kNeck) && at.y() > kJoints(1, avatar::kLeftAnkle) + 0.08 &&
+         std::abs(at.x()) < kJoints(0, avatar::kLeftWrist);
+}
+
+/// How far a body steps towards the camera when its clothes alone, 3 cm loose, have gone there by
+/// 2 cm [m].
+double stepAfterClothes(ClothUnknown unknown) {
+  constexpr double kLooseness = 0.03;  // [m]
+  avatar::BodyModel dressed = test::clothed(kLooseness, isCovered);
+  const Eigen::VectorXd noBetas = Eigen::VectorXd::Zero(dressed.numBetas());
+  OuterLayer clothes = test::clothesOf(dressed, noBetas, isCovered);
+  clothes.unknown = unknown;
+  const TrackedSurface surface(avatar::defaultBody(), 1500, &clothes);
+  for (Eigen::Index v = 0; v < dressed.numVertices(); ++v)
+    if (isCovered(avatar::defaultBody().templateVertices.col(v)))
+      dressed.templateVertices(2, v) += 0.02;
+  const avatar::Camera camera = test::smallCamera();
+  const BodyParameters truth{avatar::BodyPose(), Eigen::VectorXd::Zero(surface.numBetas())};
+  DepthCloud cloud = test::renderedCloud(dressed, noBetas, truth.pose, camera);
+  cloud.labels.clear();
+  const DepthView view(cloud, camera, 1000);
+  const PosedSamples posed = surface.pose(truth, false);
+  return stepTowards(
+      camera, depthMatches(surface, posed, visibleSamples(surface, truth, camera), view, {}));
+}
+
+TEST(DepthMatches, FollowBareSkinMoreThanLooseClothesThatMove) {
+  const double asTight = stepAfterClothes(ClothUnknown::kNothing);
+  const double asLoose = stepAfterClothes(ClothUnknown::kPlaces);
+  EXPECT_GT(asTight, 0.004) << "clothes cover most of a person";
+  // Of s = 2 cm · c / (c + b), c and b the weights of cloth and of bare skin, c / (c + 4 b) remains
+  // where cloth weighs half and skin twice: of 16 mm 10, more where cloth is less loose.
+  EXPECT_LT(asLoose, 0.85 * asTight) << asLoose << " " << asTight;
 }
 
 /// Of a sample, all its matches together.

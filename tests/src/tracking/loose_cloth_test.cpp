@@ -58,7 +58,7 @@ TEST(OuterLayer, DoesNotTakeSkinJustBelowAWideHemForBare) {
   const double hem = body.joints(1, avatar::kLeftKnee) + 0.1;
   const double hip = body.joints(1, avatar::kPelvis);
   avatar.garments = {avatar::test::tubeGarment(
-      body, "skirt", {.bottom = hem, .top = hip + 0.05, .margin = 0.0}, BodyPose())};
+      body, "skirt", {.bottom = hem, .top = hip + 0.05, .margin = 0.06}, BodyPose())};
   const Eigen::VectorXd bareness = outerLayer(avatar).bareness;
   const Eigen::Matrix3Xd normals = avatar::vertexNormals(body.mesh);
   std::vector<Eigen::Index> edge;
