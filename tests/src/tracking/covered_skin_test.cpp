@@ -25,6 +25,7 @@ namespace {
 using test::clothed;
 using test::clothesOf;
 using test::coarseTracker;
+using test::isUnderShirtOrTrousers;
 using test::Region;
 using test::restJoints;
 using test::restNormals;
@@ -128,17 +129,12 @@ double thickening(const Eigen::VectorXd& betas, const Region& region) {
 TEST(BodyTracker, LooseClothesDoNotFattenAnybody) {
   // In shirt and trousers with 4 cm between them and the skin; hands, feet and head are bare.
   constexpr double kGap = 0.04;  // [m]
-  const Eigen::Matrix3Xd joints = restJoints();
-  const auto isCovered = [&](const Eigen::Vector3d& at) {
-    return at.y() < joints(1, avatar::kNeck) && at.y() > joints(1, avatar::kLeftAnkle) &&
-           std::abs(at.x()) < joints(0, avatar::kLeftWrist);
-  };
   const avatar::Camera camera = test::smallCamera();
   BodyTracker tracker = coarseTracker(camera);
-  followTurn(tracker, clothed(kGap, isCovered), camera, 0.06, 30);
+  followTurn(tracker, clothed(kGap, isUnderShirtOrTrousers), camera, 0.06, 30);
   // All of the gap would be a body that fills its clothes. Hands and head tell otherwise, and so
   // does that few people are so fat: a quarter of it is left.
-  EXPECT_LT(thickening(tracker.betas(), isCovered), 0.3 * kGap);
+  EXPECT_LT(thickening(tracker.betas(), isUnderShirtOrTrousers), 0.3 * kGap);
 }
 
 TEST(BodyTracker, HipsThatAreNotSeenDoNotGrowWithTheShirt) {
@@ -185,14 +181,10 @@ std::vector<double> pullToCamera(
 TEST(BodyTracker, ClothesMeasuredTooNarrowSoonDrawNobodyToTheCamera) {
   constexpr double kGap = 0.05;        // [m]
   constexpr double kTooNarrow = 0.02;  // [m]
-  const Eigen::Matrix3Xd joints = restJoints();
-  const auto isCovered = [&](const Eigen::Vector3d& at) {
-    return at.y() < joints(1, avatar::kNeck) && at.y() > joints(1, avatar::kLeftAnkle) &&
-           std::abs(at.x()) < joints(0, avatar::kLeftWrist);
-  };
-  const avatar::BodyModel dressed = clothed(kGap, isCovered);
+  const avatar::BodyModel dressed = clothed(kGap, isUnderShirtOrTrousers);
   const Eigen::VectorXd betas = Eigen::VectorXd::LinSpaced(10, -0.5, 0.5);
-  OuterLayer clothes = clothesOf(clothed(kGap - kTooNarrow, isCovered), betas, isCovered);
+  OuterLayer clothes =
+      clothesOf(clothed(kGap - kTooNarrow, isUnderShirtOrTrousers), betas, isUnderShirtOrTrousers);
   const std::vector<double> known = pullToCamera(dressed, betas, clothes);
   clothes.unknown = ClothUnknown::kWidths;
   const std::vector<double> learned = pullToCamera(dressed, betas, clothes);

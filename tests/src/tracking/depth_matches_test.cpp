@@ -87,24 +87,17 @@ TEST(DepthMatches, LeaveABodyInKnownClothesWhereItIsThoughDepthIsNoisy) {
   EXPECT_LT(std::abs(step), 0.25 * noise) << step << " " << noise;
 }
 
-/// A shirt and trousers that stand off; hands, feet and head are bare.
-bool isCovered(const Eigen::Vector3d& at) {
-  static const Eigen::Matrix3Xd kJoints = test::restJoints();
-  return at.y() < kJoints(1, avatar::kNeck) && at.y() > kJoints(1, avatar::kLeftAnkle) + 0.08 &&
-         std::abs(at.x()) < kJoints(0, avatar::kLeftWrist);
-}
-
 /// How far a body steps towards the camera when its clothes alone, 3 cm loose, have gone there by
 /// 2 cm [m].
 double stepAfterClothes(ClothUnknown unknown) {
   constexpr double kLooseness = 0.03;  // [m]
-  avatar::BodyModel dressed = test::clothed(kLooseness, isCovered);
+  avatar::BodyModel dressed = test::clothed(kLooseness, test::isUnderShirtOrTrousers);
   const Eigen::VectorXd noBetas = Eigen::VectorXd::Zero(dressed.numBetas());
-  OuterLayer clothes = test::clothesOf(dressed, noBetas, isCovered);
+  OuterLayer clothes = test::clothesOf(dressed, noBetas, test::isUnderShirtOrTrousers);
   clothes.unknown = unknown;
   const TrackedSurface surface(avatar::defaultBody(), 1500, &clothes);
   for (Eigen::Index v = 0; v < dressed.numVertices(); ++v)
-    if (isCovered(avatar::defaultBody().templateVertices.col(v)))
+    if (test::isUnderShirtOrTrousers(avatar::defaultBody().templateVertices.col(v)))
       dressed.templateVertices(2, v) += 0.02;
   const avatar::Camera camera = test::smallCamera();
   const BodyParameters truth{avatar::BodyPose(), Eigen::VectorXd::Zero(surface.numBetas())};

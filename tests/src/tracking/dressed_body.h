@@ -7,6 +7,7 @@
 #include "src/tracking/body_tracker.h"
 #include "src/tracking/cloth_shapes.h"
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -18,6 +19,13 @@ using Region = std::function<bool(const Eigen::Vector3d&)>;
 inline Eigen::Matrix3Xd restJoints() {
   const auto& model = avatar::defaultBody();
   return avatar::posedBody(model, Eigen::VectorXd::Zero(model.numBetas()), {}).joints;
+}
+
+/// Hands, feet and head are bare.
+inline bool isUnderShirtOrTrousers(const Eigen::Vector3d& at) {
+  static const Eigen::Matrix3Xd kJoints = restJoints();
+  return at.y() < kJoints(1, avatar::kNeck) && at.y() > kJoints(1, avatar::kLeftAnkle) + 0.08 &&
+         std::abs(at.x()) < kJoints(0, avatar::kLeftWrist);
 }
 
 inline Eigen::Matrix3Xd restNormals() {

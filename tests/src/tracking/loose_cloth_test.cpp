@@ -19,21 +19,16 @@ using avatar::BodyModel;
 using avatar::BodyPose;
 using test::clothed;
 using test::clothesOf;
+using test::isUnderShirtOrTrousers;
 using test::restJoints;
 
 Eigen::VectorXd noBetas() {
   return Eigen::VectorXd::Zero(avatar::defaultBody().numBetas());
 }
 
-/// In shirt and trousers: hands, feet and head are bare.
-bool isCovered(const Eigen::Vector3d& at) {
-  static const Eigen::Matrix3Xd kJoints = restJoints();
-  return at.y() < kJoints(1, avatar::kNeck) && at.y() > kJoints(1, avatar::kLeftAnkle) + 0.08 &&
-         std::abs(at.x()) < kJoints(0, avatar::kLeftWrist);
-}
-
 OuterLayer clothesWith(double gap, ClothUnknown unknown) {
-  OuterLayer layer = clothesOf(clothed(gap, isCovered), noBetas(), isCovered);
+  OuterLayer layer =
+      clothesOf(clothed(gap, isUnderShirtOrTrousers), noBetas(), isUnderShirtOrTrousers);
   layer.unknown = unknown;
   return layer;
 }
@@ -138,8 +133,8 @@ class LearnedOffsets : public testing::Test {
 
   Eigen::VectorXd learned(double gap, double duration, const Eigen::VectorXd& offsets) {
     surface_.setClothOffsets(offsets);
-    DepthCloud cloud =
-        test::renderedCloud(clothed(gap, isCovered), noBetas(), avatar::aPose(), camera_);
+    DepthCloud cloud = test::renderedCloud(
+        clothed(gap, isUnderShirtOrTrousers), noBetas(), avatar::aPose(), camera_);
     cloud.labels.clear();
     return learnedFrom(cloud, duration, offsets);
   }
@@ -242,7 +237,7 @@ TEST(BodyTracker, IsNotCarriedAwayByClothesThatBlow) {
 TEST(BodyTracker, GoesOnInLooseClothesFromWhereAnotherStood) {
   const avatar::Camera camera = test::smallCamera();
   const OuterLayer clothes = clothesWith(0.03, ClothUnknown::kPlaces);
-  const BodyModel dressed = clothed(0.045, isCovered);
+  const BodyModel dressed = clothed(0.045, isUnderShirtOrTrousers);
   const auto newTracker = [&] {
     BodyTracker tracker = test::coarseTracker(camera);
     tracker.setOuterLayer(clothes);
@@ -278,8 +273,8 @@ TEST(BodyTracker, ForgetsLooseClothesWhenThePoseIsLost) {
   BodyTracker tracker = test::coarseTracker(camera);
   tracker.setOuterLayer(clothesWith(0.03, ClothUnknown::kPlaces));
   tracker.setBetas(noBetas());
-  DepthCloud cloud =
-      test::renderedCloud(clothed(0.045, isCovered), noBetas(), avatar::aPose(), camera);
+  DepthCloud cloud = test::renderedCloud(
+      clothed(0.045, isUnderShirtOrTrousers), noBetas(), avatar::aPose(), camera);
   cloud.labels.clear();
   tracker.track(cloud, 0.0);
   tracker.track(cloud, 0.1);
