@@ -97,13 +97,14 @@ class Waistband {
   Eigen::Vector3d centre_;
 };
 
-/// Directions [rad] for the vertices of a loop around a vertical axis, evenly along the loop, so
-/// that lines to them don't cross, and as near to the vertices' own as that allows.
+/// Directions [rad] for the vertices of an upper edge around a vertical axis, evenly along the
+/// edge, so that lines to them don't cross, and as near to the vertices' own as that allows. With
+/// the surface on its left an upper edge goes round by −2π, though that of legs which hang together
+/// by the seat alone passes the axis on one side, both ways.
 std::vector<double> directionsAround(const Eigen::Matrix3Xd& loop, const Eigen::Vector3d& centre) {
   const Eigen::Index count = loop.cols();
   std::vector<double> along(static_cast<std::size_t>(count));  // horizontal arc length
   double length = 0.0;
-  double winding = 0.0;
   const auto angle = [&](Eigen::Index i) {
     return std::atan2(loop(0, i) - centre.x(), loop(2, i) - centre.z());
   };
@@ -113,13 +114,12 @@ std::vector<double> directionsAround(const Eigen::Matrix3Xd& loop, const Eigen::
     Eigen::Vector3d step = loop.col(next) - loop.col(i);
     step.y() = 0.0;
     length += step.norm();
-    winding += std::remainder(angle(next) - angle(i), 2.0 * std::numbers::pi);
   }
-  const double turn = std::copysign(2.0 * std::numbers::pi, winding);
+  constexpr double kTurn = -2.0 * std::numbers::pi;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (Eigen::Index i = 0; i < count; ++i) {
     double& direction = along[static_cast<std::size_t>(i)];
-    direction *= turn / length;
+    direction *= kTurn / length;
     mean += Eigen::Vector2d(std::cos(angle(i) - direction), std::sin(angle(i) - direction));
   }
   const double start = std::atan2(mean.y(), mean.x());

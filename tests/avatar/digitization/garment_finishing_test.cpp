@@ -156,24 +156,80 @@ TEST(FinishGarments, EndsAGarmentInARingWhereThePictureEnds) {
   EXPECT_LT(heights.mean(), height + 0.02 + SeenExtentOptions{}.frayed);
 }
 
+bool returnsTrue(const Eigen::Vector3d&) {
+  return true;
+}
+
+/// The highest level, to a centimetre, below which the legs of trousers are two parts [m].
+double legsApartBelow(const TriangleMesh& trousers, const DressingBody& body) {
+  double level = body.crotchHeight;
+  while (level > body.joints(1, kLeftKnee)) {
+    const Eigen::VectorXd above = trousers.vertices.row(1).array() - level;
+    if (connectedParts(clippedMesh(trousers, above)).size() >= 2)
+      break;
+    level -= 0.01;
+  }
+  return level;
+}
+
 TEST(CompleteWaist, JoinsLegsThatWereSeenUpToWhereThighsMeet) {
   const BodyModel& model = defaultBody();
   const DressingBody body = standForDressing(model, Eigen::VectorXd::Zero(model.numBetas()));
   const TriangleMesh trousers = makeGarment({.name = "trousers"}, body, {}).mesh;
   // Under a shirt that hides no more than what joins them.
-  std::vector<TriangleMesh> legs;
-  for (int step = 0; step < 20 && legs.size() < 2; ++step) {
-    const double hem = body.crotchHeight - 0.01 * step;
-    legs = connectedParts(clippedMesh(trousers, trousers.vertices.row(1).array() - hem));
-  }
+  const double hem = legsApartBelow(trousers, body);
+  const std::vector<TriangleMesh> legs =
+      connectedParts(clippedMesh(trousers, trousers.vertices.row(1).array() - hem));
   ASSERT_GE(legs.size(), 2U);
-  const CompletedWaist made =
-      completeWaist(legs, body, [](const Eigen::Vector3d&) { return true; });
+  const CompletedWaist made = completeWaist(legs, body, returnsTrue);
   ASSERT_EQ(made.status, WaistStatus::kCompleted);
   const Topology shape = topology(made.parts.front().faces, made.parts.front().numVertices());
   EXPECT_TRUE(shape.manifold() && shape.oriented);
   EXPECT_EQ(shape.components, 1);
   EXPECT_EQ(shape.boundaryLoops, 3) << "waist and two hems";
+}
+
+/// Trousers under a shirt that is shorter behind: there alone the legs hang together, and their
+/// edge passes the trunk's axis on that side, both ways.
+std::vector<TriangleMesh> seenBelowSlantedHem(
+    const TriangleMesh& trousers, const DressingBody& body) {
+  constexpr double kShorter = 0.1;  // [m]
+  constexpr double kSlope = 0.05;   // [m]
+  const double hem = legsApartBelow(trousers, body);
+  const Eigen::ArrayXd behind =
+      (body.joints(2, kSpine1) - trousers.vertices.row(2).transpose().array()) / kSlope;
+  return connectedParts(clippedMesh(
+      trousers,
+      trousers.vertices.row(1).transpose().array() - hem - kShorter * behind.max(0.0).min(1.0)));
+}
+
+TEST(CompleteWaist, GoesRoundTheHipsThoughTheLegsHangTogetherByTheSeatAlone) {
+  const BodyModel& model = defaultBody();
+  const DressingBody body = standForDressing(model, Eigen::VectorXd::Zero(model.numBetas()));
+  TriangleMesh trousers = makeGarment({.name = "trousers"}, body, {}).mesh;
+  // Round the axis the edge goes by 0, up to rounding that differs from place to place.
+  for (int aside = 0; aside < 6; ++aside) {
+    SCOPED_TRACE(aside);
+    trousers.vertices.row(0).array() += 1e-3;
+    const std::vector<TriangleMesh> seen = seenBelowSlantedHem(trousers, body);
+    ASSERT_EQ(seen.size(), 1U);
+    const CompletedWaist made = completeWaist(seen, body, returnsTrue);
+    ASSERT_EQ(made.status, WaistStatus::kCompleted);
+    const TriangleMesh& mesh = made.parts.front();
+    const Topology shape = topology(mesh.faces, mesh.numVertices());
+    EXPECT_TRUE(shape.manifold() && shape.oriented);
+    EXPECT_EQ(shape.boundaryLoops, 3) << "waist and two hems";
+    for (const auto& face : mesh.faces.colwise()) {
+      const Eigen::Matrix3d corners = mesh.vertices(Eigen::all, face);
+      const Eigen::Vector3d centre = corners.rowwise().mean();
+      if (centre.y() < body.joints(1, kPelvis))
+        continue;
+      const Eigen::Vector3d normal =
+          (corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0));
+      const Eigen::Vector3d outwards = centre - body.joints.col(kSpine1);
+      ASSERT_GT(normal.x() * outwards.x() + normal.z() * outwards.z(), 0.0) << centre.transpose();
+    }
+  }
 }
 
 TEST(FinishGarments, RefusesLabelsOfAnotherSurface) {
