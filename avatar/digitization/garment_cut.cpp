@@ -181,19 +181,25 @@ std::vector<std::uint8_t> fabricLabels(
     const OuterSurface& surface,
     const std::vector<std::uint8_t>& labels,
     const SignedDistance& skin,
+    const std::function<bool(const Eigen::Vector3d&)>& betweenLegs,
     const CutOptions& options) {
   options.validate();
   const Adjacency adjacency = buildAdjacency(surface.mesh.faces, surface.mesh.numVertices());
   const std::vector<bool> across = acrossSkin(surface.mesh, labels, skin, options.stepCosine);
-  const auto between = [](std::uint8_t first, std::uint8_t second) {
-    return [=](std::uint8_t a, std::uint8_t b) {
-      return std::minmax(a, b) == std::minmax(first, second);
-    };
-  };
-  const std::vector<bool> steps = grownFromBorder(
-      across, labels, adjacency, [](std::uint8_t a, std::uint8_t b) { return a != b; });
+  std::vector<bool> acrossOneLeg = across;
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (across[v] && labels[v] == kLowerLabel &&
+        betweenLegs(surface.mesh.vertices.col(static_cast<Eigen::Index>(v))))
+      acrossOneLeg[v] = false;
+  }
   const std::vector<bool> stepsOfOverlap =
-      grownFromBorder(across, labels, adjacency, between(kUpperLabel, kLowerLabel));
+      grownFromBorder(acrossOneLeg, labels, adjacency, [](std::uint8_t a, std::uint8_t b) {
+        return std::minmax(a, b) == std::minmax<std::uint8_t>(kUpperLabel, kLowerLabel);
+      });
+  const std::vector<bool> stepsToSkin =
+      grownFromBorder(across, labels, adjacency, [](std::uint8_t a, std::uint8_t b) {
+        return isGarment(a) != isGarment(b);
+      });
   std::vector<int> upper;
   for (std::size_t v = 0; v < labels.size(); ++v) {
     if (labels[v] == kUpperLabel || stepsOfOverlap[v])
@@ -202,7 +208,7 @@ std::vector<std::uint8_t> fabricLabels(
   const Eigen::VectorXd fromUpper = edgeDistances(surface.mesh, upper);
   std::vector<std::uint8_t> result = labels;
   for (std::size_t v = 0; v < labels.size(); ++v) {
-    if (steps[v])
+    if (stepsToSkin[v] || stepsOfOverlap[v])
       result[v] = kNoLabel;
   }
   for (const SurfaceLabel garment : {kUpperLabel, kLowerLabel}) {

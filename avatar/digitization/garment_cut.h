@@ -6,6 +6,7 @@
 #include "avatar/geometry/mesh.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace avatar {
@@ -27,11 +28,15 @@ struct CutOptions {
 };
 
 /// A surface's labels without the steps at the garments' borders, the lower garment's strip beside
-/// the upper one, and loose ends: kNoLabel there. `skin`: the body in the surface's pose.
+/// the upper one, and loose ends: kNoLabel there. `skin`: the body in the surface's pose. Where
+/// legs of a lower garment touch each other, the surface goes over from one to the other, and
+/// between them it stands across the skin up to the upper garment: that is fabric, or the legs
+/// would be open on their inner sides. `betweenLegs`: is a place there?
 std::vector<std::uint8_t> fabricLabels(
     const OuterSurface& surface,
     const std::vector<std::uint8_t>& labels,
     const SignedDistance& skin,
+    const std::function<bool(const Eigen::Vector3d&)>& betweenLegs,
     const CutOptions& options = {});
 
 /// A surface without the faces at edges of three faces and at vertices where fans of faces merely

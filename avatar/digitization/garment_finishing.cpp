@@ -1,6 +1,7 @@
 #include "avatar/digitization/garment_finishing.h"
 
 #include "avatar/avatar_body.h"
+#include "avatar/digitization/between_legs.h"
 #include "avatar/digitization/point_grid.h"
 #include "avatar/digitization/surface_parsing.h"
 #include "avatar/garment_binding.h"
@@ -130,7 +131,12 @@ class Tailor {
         body_(body),
         options_(options),
         skin_(body.mesh()),
-        fabric_(fabricLabels(surface, labels, skin_, options.cut)) {}
+        fabric_(fabricLabels(
+            surface,
+            labels,
+            skin_,
+            [legs = BetweenLegs(body)](const Eigen::Vector3d& p) { return legs.contains(p); },
+            options.cut)) {}
 
   FinishedGarments run() {
     make(kLowerLabel, "lower");

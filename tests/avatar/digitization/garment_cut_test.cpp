@@ -1,15 +1,23 @@
 #include "avatar/digitization/garment_cut.h"
 
+#include "avatar/default_body/embedded_body.h"
+#include "avatar/digitization/between_legs.h"
 #include "avatar/geometry/adjacency.h"
+#include "avatar/geometry/polygonise.h"
 #include "tests/support/primitive_meshes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace avatar {
 namespace {
+
+bool isNowhere(const Eigen::Vector3d&) {
+  return false;
+}
 
 /// A tube about the y axis whose radius grows from 0.15 to 0.20 m within 2 cm around y = 0.5, as
 /// where a shirt ends above trousers; the skin is a tube of 0.13 m.
@@ -40,7 +48,7 @@ struct SteppedTube {
 TEST(FabricLabels, TheStepUnderAHemIsNoFabric) {
   const SteppedTube tube;
   const std::vector<std::uint8_t> fabric =
-      fabricLabels(tube.surface, tube.labels, SignedDistance(tube.skin));
+      fabricLabels(tube.surface, tube.labels, SignedDistance(tube.skin), isNowhere);
   for (std::size_t v = 0; v < fabric.size(); ++v) {
     const double y = tube.surface.mesh.vertices(1, static_cast<Eigen::Index>(v));
     if (y > 0.493 && y < 0.507) {
@@ -82,7 +90,7 @@ struct ClothedTube {
 
   std::vector<std::uint8_t> fabric() const {
     const TriangleMesh skin = SteppedTube::upright(test::cylinder(0.13, 1.0, 48, 40));
-    return fabricLabels(surface, labels, SignedDistance(skin));
+    return fabricLabels(surface, labels, SignedDistance(skin), isNowhere);
   }
 };
 
@@ -118,6 +126,73 @@ TEST(FabricLabels, AFoldFromTheHemUpIsNoSlit) {
     p.z() *= 1.0 + 0.13 * share;
   }
   EXPECT_EQ(tube.fabric(), tube.labels);
+}
+
+/// Two legs in wide trousers under a shirt that ends at y = 0.5 m. Above y = 0.2 m the trouser legs
+/// go over into each other, in front and behind, like a web.
+struct WebbedLegs {
+  OuterSurface surface;
+  std::vector<std::uint8_t> labels;
+  TriangleMesh skin = around([](const Eigen::Vector3d& p) { return legs(p, 0.05); });
+
+  static constexpr double kApart = 0.07;  // of each leg's axis from the middle [m]
+
+  static double legs(const Eigen::Vector3d& p, double radius) {
+    return std::hypot(std::abs(p.x()) - kApart, p.z()) - radius;
+  }
+
+  static TriangleMesh around(const std::function<double(const Eigen::Vector3d&)>& distance) {
+    const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.3, 0.0, -0.2), Eigen::Vector3d(0.3, 0.7, 0.2));
+    return polygonise(distance, {.box = box, .cellSize = 0.008});
+  }
+
+  WebbedLegs() {
+    surface.mesh = around([](const Eigen::Vector3d& p) {
+      const double web = std::max({std::abs(p.x()) - kApart, std::abs(p.z()) - 0.03, 0.2 - p.y()});
+      const double trousers = std::min(legs(p, 0.065), web);
+      const double shirt = std::max(std::hypot(p.x(), 1.2 * p.z()) - 0.17, 0.5 - p.y());
+      return std::min(trousers, shirt);
+    });
+    for (const auto& p : surface.mesh.vertices.colwise())
+      labels.push_back(p.y() > 0.5 ? kUpperLabel : kLowerLabel);
+  }
+
+  /// Share of the web, a little beneath the shirt, that is fabric.
+  double webOfFabric(const std::function<bool(const Eigen::Vector3d&)>& betweenLegs) const {
+    const std::vector<std::uint8_t> fabric =
+        fabricLabels(surface, labels, SignedDistance(skin), betweenLegs);
+    int total = 0;
+    int kept = 0;
+    for (std::size_t v = 0; v < fabric.size(); ++v) {
+      const auto p = surface.mesh.vertices.col(static_cast<Eigen::Index>(v));
+      if (std::abs(p.x()) > 0.01 || p.y() < 0.25 || p.y() > 0.45)
+        continue;
+      ++total;
+      kept += fabric[v] == kLowerLabel ? 1 : 0;
+    }
+    return static_cast<double>(kept) / std::max(1, total);
+  }
+};
+
+TEST(FabricLabels, WhatJoinsTrouserLegsIsFabricThoughItStandsAcrossTheSkin) {
+  const WebbedLegs legs;
+  EXPECT_LT(legs.webOfFabric(isNowhere), 0.1) << "as the step under the shirt's hem, it isn't";
+  EXPECT_GT(
+      legs.webOfFabric([](const Eigen::Vector3d& p) { return std::abs(p.x()) < 0.03; }), 0.99);
+}
+
+TEST(BetweenLegs, IsWhereOneLegsSkinIsOppositeTheOthers) {
+  const BodyModel& model = defaultBody();
+  const DressingBody body = standForDressing(model, Eigen::VectorXd::Zero(model.numBetas()));
+  const BetweenLegs between(body);
+  const Eigen::Vector3d left = 0.5 * (body.joints.col(kLeftHip) + body.joints.col(kLeftKnee));
+  const Eigen::Vector3d right = 0.5 * (body.joints.col(kRightHip) + body.joints.col(kRightKnee));
+  const Eigen::Vector3d middle = 0.5 * (left + right);
+  EXPECT_TRUE(between.contains(middle));
+  EXPECT_FALSE(between.contains(middle + Eigen::Vector3d(0.0, 0.0, 0.12))) << "before the thighs";
+  EXPECT_FALSE(between.contains(middle - Eigen::Vector3d(0.0, 0.0, 0.12))) << "behind them";
+  EXPECT_FALSE(between.contains(left + Eigen::Vector3d(0.12, 0.0, 0.0))) << "beside them";
+  EXPECT_FALSE(between.contains(body.joints.col(kSpine1))) << "above them";
 }
 
 TEST(WithoutPinches, LeavesAManifold) {
