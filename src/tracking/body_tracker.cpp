@@ -20,7 +20,8 @@
 namespace simulcap {
 namespace {
 
-constexpr double kBetaPrior = 0.5;  // per unit² of beta, against the data term
+/// Per unit² of beta, against the data term: what clothes hide, people are as others are.
+constexpr double kBetaPrior = 1.0;
 /// Per cm² of the widths of cloth regions. Where trunk and arms are, head and hands tell as well:
 /// there, hardly anything was drawn to the camera.
 constexpr std::array<double, kNumClothRegions> kWidthPriors = {0.2, 0.2, 0.8, 0.8, 0.2};
