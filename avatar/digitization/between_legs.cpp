@@ -16,7 +16,7 @@ BetweenLegs::BetweenLegs(const DressingBody& body)
     : legs_{skinOf(BodyRegion::kLeftLeg, body), skinOf(BodyRegion::kRightLeg, body)} {}
 
 bool BetweenLegs::contains(const Eigen::Vector3d& point) const {
-  constexpr double kReach = 0.15;  // farther from a thigh, clothes don't hang between them [m]
+  constexpr double kReach = 0.15;     // farther from a thigh, clothes don't hang between them [m]
   constexpr double kOpposite = -0.5;  // cosine: by 120° or more
   std::array<Eigen::Vector3d, 2> toSkin;
   for (std::size_t leg = 0; leg < 2; ++leg) {
