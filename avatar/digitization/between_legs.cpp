@@ -1,6 +1,7 @@
 #include "avatar/digitization/between_legs.h"
 
 #include <cstddef>
+#include <vector>
 
 namespace avatar {
 namespace {

@@ -32,6 +32,19 @@ std::vector<bool> acrossSkin(
   return across;
 }
 
+/// But for those of the lower garment between the legs.
+std::vector<bool> withoutWebs(
+    std::vector<bool> across,
+    const MeshView& mesh,
+    const std::vector<std::uint8_t>& labels,
+    const std::function<bool(const Eigen::Vector3d&)>& betweenLegs) {
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (across[v] && labels[v] == kLowerLabel)
+      across[v] = !betweenLegs(mesh.vertices.col(static_cast<Eigen::Index>(v)));
+  }
+  return across;
+}
+
 /// The vertices in `allowed` that are connected within it to the border with a label.
 std::vector<bool> grownFromBorder(
     const std::vector<bool>& allowed,
@@ -186,14 +199,11 @@ std::vector<std::uint8_t> fabricLabels(
   options.validate();
   const Adjacency adjacency = buildAdjacency(surface.mesh.faces, surface.mesh.numVertices());
   const std::vector<bool> across = acrossSkin(surface.mesh, labels, skin, options.stepCosine);
-  std::vector<bool> acrossOneLeg = across;
-  for (std::size_t v = 0; v < labels.size(); ++v) {
-    if (across[v] && labels[v] == kLowerLabel &&
-        betweenLegs(surface.mesh.vertices.col(static_cast<Eigen::Index>(v))))
-      acrossOneLeg[v] = false;
-  }
-  const std::vector<bool> stepsOfOverlap =
-      grownFromBorder(acrossOneLeg, labels, adjacency, [](std::uint8_t a, std::uint8_t b) {
+  const std::vector<bool> stepsOfOverlap = grownFromBorder(
+      withoutWebs(across, surface.mesh, labels, betweenLegs),
+      labels,
+      adjacency,
+      [](std::uint8_t a, std::uint8_t b) {
         return std::minmax(a, b) == std::minmax<std::uint8_t>(kUpperLabel, kLowerLabel);
       });
   const std::vector<bool> stepsToSkin =
