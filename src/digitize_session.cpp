@@ -3,6 +3,7 @@
 #include "avatar/avatar_body.h"
 #include "avatar/digitization/body_enhancement.h"
 #include "avatar/digitization/garment_finishing.h"
+#include "avatar/digitization/hidden_hems.h"
 #include "avatar/digitization/seen_extent.h"
 #include "avatar/digitization/surface_gap.h"
 #include "avatar/digitization/upright_stand.h"
@@ -67,7 +68,10 @@ class Digitizer {
     stage("inner_body", [&] { fitBody(); });
     stage("outer_surface", [&] { complete(); });
     stage("surface_parsing", [&] {
-      result_.labels = avatar::parsedSurface(result_.outer, options_.surfaceParsing);
+      result_.labels = avatar::withHiddenHems(
+          result_.outer,
+          avatar::parsedSurface(result_.outer, options_.surfaceParsing),
+          dressingBody_);
     });
     stage("garments", [&] { dress(); });
   }

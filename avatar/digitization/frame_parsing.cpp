@@ -359,7 +359,31 @@ class FrameParser {
       }
       labels[i] = static_cast<std::uint8_t>(best + 1);
     }
+    takeShoes(parts, frame.camera.width, labels);
     return labels;
+  }
+
+  /// What is worn on the feet goes with the body, whatever its colour: patches of a garment that
+  /// end about the ankle.
+  static void takeShoes(const PartImage& parts, int width, std::vector<std::uint8_t>& labels) {
+    const cv::Mat image(static_cast<int>(labels.size()) / width, width, CV_8U, labels.data());
+    for (const SurfaceLabel garment : {kUpperLabel, kLowerLabel}) {
+      cv::Mat patches;
+      const int count = cv::connectedComponents(image == garment, patches);
+      std::vector<int> pixels(static_cast<std::size_t>(count), 0);
+      std::vector<int> onFeet(static_cast<std::size_t>(count), 0);
+      const int* patchOf = patches.ptr<int>();
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        const auto patch = static_cast<std::size_t>(patchOf[i]);
+        ++pixels[patch];
+        onFeet[patch] += parts.parts[i] == BodyPart::kFoot ? 1 : 0;
+      }
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        const auto patch = static_cast<std::size_t>(patchOf[i]);
+        if (labels[i] == garment && 2 * onFeet[patch] > pixels[patch])
+          labels[i] = kSkinLabel;
+      }
+    }
   }
 
   float costOf(

@@ -5,6 +5,7 @@
 #include "avatar/digitization/point_grid.h"
 #include "avatar/digitization/surface_parsing.h"
 #include "avatar/garment_binding.h"
+#include "avatar/geometry/adjacency.h"
 #include "avatar/geometry/closest_point.h"
 #include "avatar/geometry/measures.h"
 #include "avatar/geometry/mesh_cleanup.h"
@@ -170,13 +171,21 @@ class Tailor {
   TriangleMesh withoutUnseenEnds(const TriangleMesh& part) const {
     if (surface_.pastSeen.size() == 0 || part.numFaces() == 0)
       return part;
+    return clippedMesh(part, pastSeen(part));
+  }
+
+  /// Of each vertex of a piece of the surface: how far beyond the limits of what was seen [m].
+  Eigen::VectorXd pastSeen(const MeshView& part) const {
+    Eigen::VectorXd past =
+        Eigen::VectorXd::Constant(part.numVertices(), -std::numeric_limits<double>::infinity());
+    if (surface_.pastSeen.size() == 0)
+      return past;
     const TriangleBvh bvh(surface_.mesh);
-    Eigen::VectorXd past(part.numVertices());
     for (Eigen::Index v = 0; v < past.size(); ++v) {
       const ClosestPoint place = bvh.closestPoint(part.vertices.col(v));
       past[v] = place.weights.dot(surface_.pastSeen(surface_.mesh.faces.col(place.face)));
     }
-    return clippedMesh(part, past);
+    return past;
   }
 
   TriangleMesh withoutHoles(const TriangleMesh& part) {
@@ -228,9 +237,28 @@ class Tailor {
     const double chest = body_.joints(1, kSpine3);
     const bool hangsOnHips = garment.mesh.vertices.row(1).maxCoeff() < chest;
     attach(garment, body_, hangsOnHips ? Fastening::kPinned : Fastening::kLoose);
+    holdEnds(garment);
     for (const Garment& inner : result_.garments)
       garment.collideWith.push_back(inner.name);
     return garment;
+  }
+
+  /// What goes on beyond the limits of what was seen carries the garment there: it moves with the
+  /// skin beneath. Loose, it would swing out, or a limb get into it, as fabric in one piece can't.
+  void holdEnds(Garment& garment) const {
+    const TriangleMesh& mesh = garment.mesh;
+    const Eigen::VectorXd past = pastSeen(mesh);
+    const Adjacency adjacency = buildAdjacency(mesh.faces, mesh.numVertices());
+    for (const std::vector<int>& loop : boundaryLoops(mesh.faces, adjacency)) {
+      for (const int v : loop) {
+        if (past[v] > -options_.edgeLength)
+          garment.pins.push_back(v);
+      }
+    }
+    std::sort(garment.pins.begin(), garment.pins.end());
+    garment.pins.erase(std::unique(garment.pins.begin(), garment.pins.end()), garment.pins.end());
+    if (garment.maxDistance.size() > 0 && !garment.pins.empty())
+      garment.maxDistance = garment.maxDistance.cwiseMin(edgeDistances(mesh, garment.pins));
   }
 
   void lift(Garment& garment) {

@@ -1,10 +1,13 @@
 #include "avatar/digitization/limbs.h"
 
 #include "avatar/body_pose.h"
+#include "avatar/geometry/closest_point.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace avatar {
@@ -29,6 +32,45 @@ std::vector<Limb> limbsOfBody(const BodyModel& model) {
     limbs.push_back(static_cast<Limb>(most - weights.begin()));
   }
   return limbs;
+}
+
+std::vector<Limb> limbsOfSurface(const MeshView& surface, const DressingBody& body) {
+  const std::vector<Limb> ofBody = limbsOfBody(*body.model);
+  const MeshView skin = body.mesh();
+  const TriangleBvh bvh(skin);
+  std::vector<Limb> limbs;
+  limbs.reserve(static_cast<std::size_t>(surface.numVertices()));
+  for (const auto vertex : surface.vertices.colwise()) {
+    const ClosestPoint nearest = bvh.closestPoint(vertex);
+    Eigen::Index corner = 0;
+    nearest.weights.maxCoeff(&corner);
+    limbs.push_back(ofBody[static_cast<std::size_t>(skin.faces(corner, nearest.face))]);
+  }
+  return limbs;
+}
+
+Eigen::Vector2d LimbAxis::across(const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d right = direction.unitOrthogonal();
+  return {right.dot(point - start), direction.cross(right).dot(point - start)};
+}
+
+double LimbAxis::turn(const Eigen::Vector3d& point) const {
+  const Eigen::Vector2d offset = across(point);
+  return std::atan2(offset.y(), offset.x()) / (2.0 * std::numbers::pi) + 0.5;
+}
+
+std::array<LimbAxis, kNumLimbs> limbAxes(const DressingBody& body) {
+  const auto joint = [&](int j) -> Eigen::Vector3d { return body.joints.col(j); };
+  const auto arm = [&](int shoulder, int wrist) {
+    const Eigen::Vector3d reach = joint(wrist) - joint(shoulder);
+    return LimbAxis{joint(shoulder), reach.normalized(), reach.norm()};
+  };
+  const double ankles = 0.5 * (joint(kLeftAnkle) + joint(kRightAnkle)).y();
+  const LimbAxis trunk{
+      {joint(kPelvis).x(), joint(kSpine3).y(), joint(kPelvis).z()},
+      -Eigen::Vector3d::UnitY(),
+      joint(kSpine3).y() - ankles};
+  return {trunk, arm(kLeftShoulder, kLeftWrist), arm(kRightShoulder, kRightWrist)};
 }
 
 ArmContact::ArmContact(

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "avatar/body_model.h"
+#include "avatar/geometry/mesh.h"
+#include "avatar/wardrobe/dressing_body.h"
 
 #include <Eigen/Core>
 
@@ -15,6 +17,26 @@ enum Limb : std::size_t { kTrunkAndLegs, kLeftArm, kRightArm, kNumLimbs };
 
 /// The limb that carries each vertex of a body.
 std::vector<Limb> limbsOfBody(const BodyModel& model);
+
+/// Of each vertex of a surface about a body: the one of the nearest skin.
+std::vector<Limb> limbsOfSurface(const MeshView& surface, const DressingBody& body);
+
+/// A line along which a limb leads away from the chest.
+struct LimbAxis {
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();      ///< [m]
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit
+  double end = 0.0;  ///< of what clothes reach to, ankles or wrist, along it [m]
+
+  double along(const Eigen::Vector3d& point) const { return direction.dot(point - start); }
+
+  /// Offset from the axis, along two directions across it [m].
+  Eigen::Vector2d across(const Eigen::Vector3d& point) const;
+
+  /// Direction about the axis, [0, 1] of a turn.
+  double turn(const Eigen::Vector3d& point) const;
+};
+
+std::array<LimbAxis, kNumLimbs> limbAxes(const DressingBody& body);
 
 /// Where a body's arms and its trunk and legs come near each other in a frame: skin of each within
 /// a reach, by cells of 3 cm around the arms.

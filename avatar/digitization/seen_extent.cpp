@@ -1,14 +1,11 @@
 #include "avatar/digitization/seen_extent.h"
 
-#include "avatar/body_pose.h"
 #include "avatar/digitization/limbs.h"
-#include "avatar/geometry/closest_point.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -16,50 +13,10 @@
 namespace avatar {
 namespace {
 
-/// A line along which a limb leads away from the chest.
-struct LimbAxis {
-  Eigen::Vector3d start = Eigen::Vector3d::Zero();      // [m]
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // unit
-  double end = 0.0;                                     // of what clothes reach to, along it [m]
-
-  double along(const Eigen::Vector3d& point) const { return direction.dot(point - start); }
-};
-
-std::array<LimbAxis, kNumLimbs> limbAxes(const DressingBody& body) {
-  const auto joint = [&](int j) -> Eigen::Vector3d { return body.joints.col(j); };
-  const auto arm = [&](int shoulder, int wrist) {
-    const Eigen::Vector3d reach = joint(wrist) - joint(shoulder);
-    return LimbAxis{joint(shoulder), reach.normalized(), reach.norm()};
-  };
-  const double ankles = 0.5 * (joint(kLeftAnkle) + joint(kRightAnkle)).y();
-  const LimbAxis trunk{
-      {joint(kPelvis).x(), joint(kSpine3).y(), joint(kPelvis).z()},
-      -Eigen::Vector3d::UnitY(),
-      joint(kSpine3).y() - ankles};
-  return {trunk, arm(kLeftShoulder, kLeftWrist), arm(kRightShoulder, kRightWrist)};
-}
-
-/// Of each vertex of the surface: the one of the nearest skin.
-std::vector<Limb> limbsOfSurface(const MeshView& surface, const DressingBody& body) {
-  const std::vector<Limb> ofBody = limbsOfBody(*body.model);
-  const MeshView skin = body.mesh();
-  const TriangleBvh bvh(skin);
-  std::vector<Limb> limbs;
-  limbs.reserve(static_cast<std::size_t>(surface.numVertices()));
-  for (const auto vertex : surface.vertices.colwise()) {
-    const ClosestPoint nearest = bvh.closestPoint(vertex);
-    Eigen::Index corner = 0;
-    nearest.weights.maxCoeff(&corner);
-    limbs.push_back(ofBody[static_cast<std::size_t>(skin.faces(corner, nearest.face))]);
-  }
-  return limbs;
-}
-
 /// Vertices of a limb's surface sorted by direction around its axis and by place along it.
 class LimbMap {
  public:
-  explicit LimbMap(const LimbAxis& axis)
-      : axis_(axis), right_(axis.direction.unitOrthogonal()), ahead_(axis.direction.cross(right_)) {
+  explicit LimbMap(const LimbAxis& axis) : axis_(axis) {
     for (auto& direction : cells_)
       direction.resize(static_cast<std::size_t>(std::ceil(axis.end / kStep)) + 1);
   }
@@ -68,10 +25,7 @@ class LimbMap {
     const double place = axis_.along(point);
     if (place < 0.0 || place > axis_.end)
       return;
-    const double turn =
-        std::atan2(ahead_.dot(point - axis_.start), right_.dot(point - axis_.start));
-    const double share = turn / (2.0 * std::numbers::pi) + 0.5;
-    const auto direction = std::min(kDirections - 1, static_cast<std::size_t>(share * kDirections));
+    const auto direction = static_cast<std::size_t>(axis_.turn(point) * kDirections) % kDirections;
     Cell& cell = cells_[direction][static_cast<std::size_t>(place / kStep)];
     ++cell.count;
     cell.seen += seen ? 1 : 0;
@@ -124,7 +78,6 @@ class LimbMap {
   }
 
   LimbAxis axis_;
-  Eigen::Vector3d right_, ahead_;
   std::array<std::vector<Cell>, kDirections> cells_;
 };
 

@@ -14,27 +14,13 @@
 namespace avatar {
 namespace {
 
-/// The median of how often a vertex was seen, of those that were; at least 1.
-double usualCount(const std::vector<LabelCounts>& labels) {
-  std::vector<int> seen;
-  for (const LabelCounts& counts : labels) {
-    if (const int sum = counts[0] + counts[1] + counts[2]; sum > 0)
-      seen.push_back(sum);
-  }
-  if (seen.empty())
-    return 1.0;
-  const auto middle = seen.begin() + std::ssize(seen) / 2;
-  std::nth_element(seen.begin(), middle, seen.end());
-  return *middle;
-}
-
 LabelProblem labelProblem(
     const OuterSurface& surface, const Adjacency& adjacency, const SurfaceParsingOptions& options) {
   LabelProblem problem;
   problem.costs.reserve(surface.labels.size());
   const double seldom = options.seldom * usualCount(surface.labels);
   for (const LabelCounts& counts : surface.labels) {
-    const double sum = counts[0] + counts[1] + counts[2];
+    const auto sum = static_cast<double>(timesSeen(counts));
     const double trust = sum / (sum + seldom + 1e-9);
     std::array<double, kNumSurfaceLabels> costs = {};
     for (std::size_t l = 0; l < costs.size(); ++l)
@@ -154,6 +140,23 @@ void SurfaceParsingOptions::validate() const {
   demand(colorScale > 0.0, "colorScale is expected above 0");
   demand(seldom >= 0.0, "seldom is expected at 0 or above");
   demand(smallestPart >= 0.0, "smallestPart is expected at 0 m² or above");
+}
+
+int timesSeen(const LabelCounts& counts) {
+  return counts[0] + counts[1] + counts[2];
+}
+
+double usualCount(const std::vector<LabelCounts>& labels) {
+  std::vector<int> seen;
+  for (const LabelCounts& counts : labels) {
+    if (const int times = timesSeen(counts); times > 0)
+      seen.push_back(times);
+  }
+  if (seen.empty())
+    return 1.0;
+  const auto middle = seen.begin() + std::ssize(seen) / 2;
+  std::nth_element(seen.begin(), middle, seen.end());
+  return *middle;
 }
 
 std::vector<std::uint8_t> parsedSurface(

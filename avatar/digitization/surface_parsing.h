@@ -23,6 +23,12 @@ struct SurfaceParsingOptions {
   void validate() const;
 };
 
+/// How often a place was seen.
+int timesSeen(const LabelCounts& counts);
+
+/// The median of how often a place was seen, of those that were; at least 1.
+double usualCount(const std::vector<LabelCounts>& labels);
+
 /// One SurfaceLabel per vertex (formulation A7): the costs −log((n_l + 1)/(N + 3)) of the label
 /// frequencies, less where N is small, boundaries λ exp(−Δc²/2σ²) · edge length / mean, small parts
 /// removed.

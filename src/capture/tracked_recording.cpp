@@ -111,6 +111,7 @@ void TrackedRecording::begin() {
   camera_->cameraFromWorld = preparation_.captureFrame()->cameraFromWorld;
   if (preparation_.captureFrame()->floorSeen)
     trackerOptions_.floorHeight = 0.0;
+  trackerOptions_.armsApart = person_.armsApart;
   tracker_.emplace(person_.model, *camera_, trackerOptions_);
   if (person_.betas)
     tracker_->setBetas(*person_.betas);

@@ -30,6 +30,7 @@ struct TrackedPerson {
   std::optional<Eigen::VectorXd> betas;  ///< absent: estimated along
   std::optional<OuterLayer> outer;       ///< its clothes, when they are known
   std::optional<KnownPoses> poses = {};  ///< instead of tracking
+  bool armsApart = false;                ///< see TrackerOptions
 };
 
 /// A recording's frame with the person found in it.

@@ -110,7 +110,12 @@ TrackedPerson trackedPerson(const PersonOptions& options, const Person& person, 
   std::optional<OuterLayer> clothes;
   if (!poses)
     clothes = outerLayer(draped({*person.model, person.avatar}, threads));
-  return {*person.model, person.avatar.body.betas, std::move(clothes), std::move(poses)};
+  return {
+      .model = *person.model,
+      .betas = person.avatar.body.betas,
+      .outer = std::move(clothes),
+      .poses = std::move(poses),
+      .armsApart = true};
 }
 
 TrackedRecording openFrames(

@@ -5,6 +5,7 @@
 #include "src/tracking/cloth_offsets.h"
 #include "src/tracking/cloth_shapes.h"
 #include "src/tracking/learned_bareness.h"
+#include "src/tracking/limb_contact.h"
 #include "src/tracking/match_quality.h"
 #include "src/tracking/pose_solver.h"
 #include "src/tracking/pose_uncertainty.h"
@@ -381,6 +382,8 @@ class BodyTracker::Implementation {
     state_.timestamp = timestamp;
     state_.framesLost = found ? 0 : state_.framesLost + 1;
     ++state_.framesTracked;
+    if (options_.armsApart)
+      tracked.pose = armsApart(*surface_, {tracked.pose, solution.parameters.betas});
     return tracked;
   }
 

@@ -23,6 +23,9 @@ struct TrackerOptions {
 
   /// Height of the floor in the world [m]; absent: none known, no foot contact.
   std::optional<double> floorHeight;
+  /// The poses found have no arm in the trunk: see armsApart(). Tracking goes on from where depth
+  /// has them.
+  bool armsApart = false;
   /// Betas are estimated along with the pose until setBetas() or holdBetas(). Off: they stay 0.
   bool estimateShape = true;
   /// Absent: the prior that comes with the program.

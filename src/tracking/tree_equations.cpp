@@ -27,6 +27,30 @@ std::vector<SamplePull> pullsOf(
   return pulls;
 }
 
+/// The tracked joint that moves a bone.
+int carrierOf(const std::vector<int>& parents, int bone) {
+  while (bone >= kNumTrackedJoints)
+    bone = parents[static_cast<std::size_t>(bone)];
+  return bone;
+}
+
+/// Where a bone carries a sample. What hangs only goes where the hips go: how it swings doesn't
+/// tell how they turn.
+Eigen::Vector3d leverEnd(
+    const TrackedSurface& surface, const PosedSamples& at, Eigen::Index bone, int sample) {
+  const Eigen::Isometry3d& frame = at.worldFromJoint[static_cast<std::size_t>(bone)];
+  if (bone == surface.plumbJoint())
+    return frame.translation();
+  return frame * Eigen::Vector3d(at.rest.col(sample) - at.restJoints.col(bone));
+}
+
+/// w [[x]×; 1]
+Lever leverOf(const Eigen::Vector3d& x, double weight) {
+  Lever lever;
+  lever << 0.0, -x.z(), x.y(), x.z(), 0.0, -x.x(), -x.y(), x.x(), 0.0, Eigen::Matrix3d::Identity();
+  return weight * lever;
+}
+
 /// Sums over samples, per tracked joint and pair of them.
 class WrenchSums {
  public:
@@ -40,12 +64,8 @@ class WrenchSums {
         betaMatrix_(Eigen::MatrixXd::Zero(numBetas_, numBetas_)),
         betaGradient_(Eigen::VectorXd::Zero(numBetas_)),
         gradient_(Eigen::VectorXd::Zero(6 * kNumTrackedJoints)) {
-    const std::vector<int>& parents = surface.model().parents;
-    for (int bone = 0; bone < static_cast<int>(parents.size()); ++bone)
-      carriers_[static_cast<std::size_t>(bone)] =
-          bone < kNumTrackedJoints
-              ? bone
-              : carriers_[static_cast<std::size_t>(parents[static_cast<std::size_t>(bone)])];
+    for (int bone = 0; bone < surface.model().numJoints(); ++bone)
+      carriers_[static_cast<std::size_t>(bone)] = carrierOf(surface.model().parents, bone);
     if (numBetas_ > 0)
       prepareBetas();
   }
@@ -104,25 +124,13 @@ class WrenchSums {
       const SamplePull& pull,
       std::size_t index) {
     const auto k = static_cast<std::size_t>(bone.col());
-    const Eigen::Vector3d x = leverEnd(bone.col(), sample);
     Lever& lever = levers_[index];
-    lever << 0.0, -x.z(), x.y(), x.z(), 0.0, -x.x(), -x.y(), x.x(), 0.0,
-        Eigen::Matrix3d::Identity();
-    lever *= bone.value();
+    lever = leverOf(leverEnd(surface_, at_, bone.col(), sample), bone.value());
     joints_[index] = carriers_[k];
     gradient_.segment<6>(6 * joints_[index]) += lever * pull.force;
     const Lever weighted = lever * pull.stiffness;
     for (std::size_t other = 0; other <= index; ++other)
       addPair(index, other, weighted * levers_[other].transpose());
-  }
-
-  /// Where a bone carries a sample. What hangs only goes where the hips go: how it swings doesn't
-  /// tell how they turn.
-  Eigen::Vector3d leverEnd(Eigen::Index bone, int sample) const {
-    const Eigen::Isometry3d& frame = at_.worldFromJoint[static_cast<std::size_t>(bone)];
-    if (bone == surface_.plumbJoint())
-      return frame.translation();
-    return frame * Eigen::Vector3d(at_.rest.col(sample) - at_.restJoints.col(bone));
   }
 
   void addPair(std::size_t index, std::size_t other, const WrenchPair& product) {
@@ -217,6 +225,28 @@ Eigen::Matrix<double, 6, 3> jointAxes(const PosedSamples& at, std::size_t joint)
 }
 
 }  // namespace
+
+Eigen::VectorXd movementAlong(
+    const TrackedSurface& surface,
+    const PosedSamples& at,
+    int sample,
+    const Eigen::Vector3d& direction) {
+  const std::vector<int>& parents = surface.model().parents;
+  Eigen::Matrix<double, 6, kNumTrackedJoints> wrenches;
+  wrenches.setZero();
+  for (SkinningWeights::InnerIterator it(surface.sampledModel().skinningWeights, sample); it; ++it)
+    wrenches.col(carrierOf(parents, static_cast<int>(it.col()))) +=
+        leverOf(leverEnd(surface, at, it.col(), sample), it.value()) * direction;
+  Eigen::VectorXd movement(TrackingLayout::kBetas);
+  for (int j = kNumTrackedJoints - 1; j >= 0; --j) {
+    const auto joint = static_cast<std::size_t>(j);
+    movement.segment<3>(3 * j) = jointAxes(at, joint).transpose() * wrenches.col(j);
+    if (j > 0)
+      wrenches.col(parents[joint]) += wrenches.col(j);
+  }
+  movement.tail<3>() = wrenches.col(0).tail<3>();
+  return movement;
+}
 
 avatar::NormalEquations treeEquations(
     const TrackedSurface& surface,

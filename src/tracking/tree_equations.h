@@ -33,4 +33,12 @@ avatar::NormalEquations treeEquations(
     const std::vector<SurfaceConstraint>& constraints,
     Eigen::Index numKnownBetas = 0);
 
+/// How far a sample moves along a direction per unit of each parameter of the pose: kBetas entries
+/// in TrackingLayout.
+Eigen::VectorXd movementAlong(
+    const TrackedSurface& surface,
+    const PosedSamples& at,
+    int sample,
+    const Eigen::Vector3d& direction);
+
 }  // namespace simulcap

@@ -66,21 +66,30 @@ bool isLower(int joint) {
 
 class FrameParsingTest : public testing::Test {
  protected:
-  SurfaceLabel labelOf(Eigen::Index face, double hem) const {
+  int jointOf(Eigen::Index face) const {
     int joint = 0;
+    Eigen::VectorXd(model_.skinningWeights.row(model_.faces(0, face))).maxCoeff(&joint);
+    return joint;
+  }
+
+  SurfaceLabel labelOf(Eigen::Index face, double hem) const {
+    const int joint = jointOf(face);
     const int vertex = model_.faces(0, face);
-    Eigen::VectorXd(model_.skinningWeights.row(vertex)).maxCoeff(&joint);
     const bool underShirt = isLower(joint) && shaped_.vertices(1, vertex) > hem;
     return isUpper(joint) || underShirt ? kUpperLabel : isLower(joint) ? kLowerLabel : kSkinLabel;
   }
 
-  Eigen::Matrix3Xi facesWith(SurfaceLabel label, double hem) const {
+  Eigen::Matrix3Xi facesWhere(const auto& holds) const {
     std::vector<Eigen::Index> chosen;
     for (Eigen::Index f = 0; f < model_.numFaces(); ++f) {
-      if (labelOf(f, hem) == label)
+      if (holds(f))
         chosen.push_back(f);
     }
     return model_.faces(Eigen::all, chosen);
+  }
+
+  Eigen::Matrix3Xi facesWith(SurfaceLabel label, double hem) const {
+    return facesWhere([&](Eigen::Index face) { return labelOf(face, hem) == label; });
   }
 
   /// A turn of somebody in T-shirt and trousers of these colours. `hem`: height down to which the
@@ -89,17 +98,26 @@ class FrameParsingTest : public testing::Test {
       const Eigen::Vector3d& upperColor,
       const Eigen::Vector3d& lowerColor,
       double hem = std::numeric_limits<double>::infinity()) const {
-    const Eigen::Matrix3Xi upper = facesWith(kUpperLabel, hem);
-    const Eigen::Matrix3Xi lower = facesWith(kLowerLabel, hem);
-    const Eigen::Matrix3Xi skin = facesWith(kSkinLabel, hem);
+    return turn(
+        {{facesWith(kSkinLabel, hem), kSkinLabel, kSkinColor},
+         {facesWith(kUpperLabel, hem), kUpperLabel, upperColor},
+         {facesWith(kLowerLabel, hem), kLowerLabel, lowerColor}});
+  }
+
+  struct Part {
+    Eigen::Matrix3Xi faces;
+    SurfaceLabel label;
+    Eigen::Vector3d color;
+  };
+
+  std::vector<PosedDepthFrame> turn(const std::vector<Part>& parts) const {
     std::vector<PosedDepthFrame> frames;
     for (int view = 0; view < 4; ++view) {
       const BodyPose pose = test::turned(aPose(), 0.5 * std::numbers::pi * view);
       const Eigen::Matrix3Xd vertices = skinning_.pose(shaped_, pose).vertices;
-      const std::vector<test::PaintedMesh> painted = {
-          {{vertices, skin}, kSkinLabel, kSkinColor},
-          {{vertices, upper}, kUpperLabel, upperColor},
-          {{vertices, lower}, kLowerLabel, lowerColor}};
+      std::vector<test::PaintedMesh> painted;
+      for (const Part& part : parts)
+        painted.push_back({{vertices, part.faces}, part.label, part.color});
       frames.push_back(test::renderedFrame(painted, test::frontCamera(2.2), pose));
     }
     return frames;
@@ -148,6 +166,29 @@ TEST_F(FrameParsingTest, KnowsALongShirtOnTheThighs) {
       turn(kShirtColor, kTrousersColor, hip + 0.15 * (knee - hip));
   const FrameParsing parsing = parsed(unlabelled(frames));
   EXPECT_FALSE(parsing.onePiece);
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
+}
+
+TEST_F(FrameParsingTest, TakesShoesOfTheTrousersColourForTheFeet) {
+  const auto isFoot = [](int joint) {
+    return joint == kLeftAnkle || joint == kRightAnkle || joint == kLeftFoot || joint == kRightFoot;
+  };
+  const auto isShorts = [](int joint) {
+    return joint == kPelvis || joint == kLeftHip || joint == kRightHip;
+  };
+  const auto facesOf = [&](const auto& holds) {
+    return facesWhere([&](Eigen::Index face) { return holds(jointOf(face)); });
+  };
+  const std::vector<PosedDepthFrame> frames = turn(
+      {{facesOf([&](int joint) { return !isUpper(joint) && !isShorts(joint) && !isFoot(joint); }),
+        kSkinLabel,
+        kSkinColor},
+       {facesOf(isFoot), kSkinLabel, kTrousersColor},
+       {facesOf(isUpper), kUpperLabel, kShirtColor},
+       {facesOf(isShorts), kLowerLabel, kTrousersColor}});
+  const FrameParsing parsing = parsed(unlabelled(frames));
+  EXPECT_TRUE(parsing.warnings.empty());
   for (std::size_t f = 0; f < frames.size(); ++f)
     EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
 }

@@ -154,6 +154,10 @@ TEST(FinishGarments, EndsAGarmentInARingWhereThePictureEnds) {
   EXPECT_LT(heights.maxCoeff() - heights.minCoeff(), 0.01);
   EXPECT_GT(heights.mean(), height - 0.02);
   EXPECT_LT(heights.mean(), height + 0.02 + SeenExtentOptions{}.frayed);
+  // It goes on below, which holds it.
+  std::vector<int> ring = hem->loop;
+  std::sort(ring.begin(), ring.end());
+  EXPECT_EQ(made.garments.front().pins, ring);
 }
 
 bool returnsTrue(const Eigen::Vector3d&) {

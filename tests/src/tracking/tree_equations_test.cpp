@@ -138,6 +138,27 @@ TEST(TreeEquations, AreTheSameWithoutWhatIsKnown) {
   EXPECT_TRUE(some.gradient.isApprox(gradient, 1e-12));
 }
 
+TEST(TreeEquations, AreMadeOfTheMovementsOfSamples) {
+  const avatar::BodyModel model = rigidlySkinnedBody();
+  const OuterLayer layer = shirtAndSkirt(model, ClothUnknown::kNothing);
+  const TrackedSurface surface(model, 300, &layer);
+  const PosedSamples posed = surface.pose(bentBody(surface), false);
+  const auto constraints = someConstraints(surface);
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(TrackingLayout::kBetas, TrackingLayout::kBetas);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(TrackingLayout::kBetas);
+  for (const SurfaceConstraint& constraint : constraints) {
+    const Eigen::VectorXd row =
+        movementAlong(surface, posed, constraint.sample, constraint.direction);
+    expected += constraint.weight * row * row.transpose();
+    gradient += constraint.weight * constraint.residual * row;
+  }
+  const auto equations = treeEquations(surface, posed, constraints);
+  const Eigen::MatrixXd difference = (equations.matrix - expected).triangularView<Eigen::Lower>();
+  // Another order of the same sums.
+  EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
+  EXPECT_LT((equations.gradient - gradient).cwiseAbs().maxCoeff(), 1e-12);
+}
+
 TEST(TreeEquations, WhatHangsTellsWhereTheHipsAreAndNotHowTheyTurn) {
   const avatar::BodyModel model = rigidlySkinnedBody();
   const OuterLayer clothes = shirtAndSkirt(model, ClothUnknown::kWidths);
