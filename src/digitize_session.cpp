@@ -13,7 +13,7 @@
 #include "src/digitization/single_view_outfit.h"
 #include "src/digitization/turn_labels.h"
 #include "src/program/parallel_for.h"
-#include "src/program/stdout_to_stderr.h"
+#include "src/program/quiet_stdout.h"
 
 #include <nlohmann/json.hpp>
 
@@ -253,7 +253,7 @@ class Digitizer {
   }
 
   void complete() {
-    const StdoutToStderr quiet;  // PCL prints where its reconstruction leaves holes
+    const QuietStdout quiet;  // PCL prints where it leaves holes; they are closed
     result_.outer = avatar::completeOuterSurface(fused_, dressingBody_.mesh(), options_.surface);
     result_.outer = avatar::withSeenExtent(std::move(result_.outer), dressingBody_);
     for (const std::string& warning : result_.outer.warnings)
