@@ -97,8 +97,11 @@ class FrameParser {
     chooseSeedFrames();
     learn(fromLabels_ ? seedColors() : withoutUpperOnThighs(seedColors()));
     // What was labelled by others teaches no more the second time.
-    for (int round = 0; round < (fromLabels_ ? 0 : options_.rounds); ++round)
-      learn(labelledColors());
+    for (int round = 0; round < (fromLabels_ ? 0 : options_.rounds); ++round) {
+      const std::vector<std::vector<std::uint8_t>> labels = seedLabels();
+      learnWhatIsOnTop(labels);
+      learn(collected([&](std::size_t s, std::size_t i) { return labels[s][i]; }));
+    }
     result_.labels.resize(frames_.size());
     options_.runLoop(static_cast<long>(frames_.size()), [&](long f) {
       const auto i = static_cast<std::size_t>(f);
@@ -160,17 +163,26 @@ class FrameParser {
       learnPriors();
   }
 
+  /// Pixels of each part and label in the seed frames.
+  std::array<LabelFrequencies, kNumBodyParts> countsOfParts(
+      const std::vector<std::vector<std::uint8_t>>& labels) const {
+    std::array<LabelFrequencies, kNumBodyParts> counts = {};
+    for (std::size_t s = 0; s < labels.size(); ++s) {
+      for (std::size_t i = 0; i < labels[s].size(); ++i) {
+        if (labels[s][i] != kNoLabel)
+          counts[static_cast<std::size_t>(seedParts_[s].parts[i])][labels[s][i] - 1U] += 1.0;
+      }
+    }
+    return counts;
+  }
+
   /// Labelled frames tell what is worn where: bare shanks need no colour unlike shorts'.
   void learnPriors() {
     constexpr double kAssumed = 20.0;  // pixels that what was likely beforehand counts as
-    std::array<LabelFrequencies, kNumBodyParts> counts = {};
-    for (std::size_t s = 0; s < seedFrames_.size(); ++s) {
-      const std::vector<std::uint8_t>& labels = frames_[seedFrames_[s]].labels;
-      for (std::size_t i = 0; i < labels.size(); ++i) {
-        if (labels[i] != kNoLabel)
-          counts[static_cast<std::size_t>(seedParts_[s].parts[i])][labels[i] - 1U] += 1.0;
-      }
-    }
+    std::vector<std::vector<std::uint8_t>> labels;
+    for (const std::size_t frame : seedFrames_)
+      labels.push_back(frames_[frame].labels);
+    const std::array<LabelFrequencies, kNumBodyParts> counts = countsOfParts(labels);
     for (std::size_t part = 0; part < counts.size(); ++part) {
       const double all = kAssumed + std::accumulate(counts[part].begin(), counts[part].end(), 0.0);
       for (std::size_t l = 0; l < kNumSurfaceLabels; ++l)
@@ -245,14 +257,21 @@ class FrameParser {
     const SimilarColors upper(colors[kUpperLabel - 1U]);
     const std::vector<Rgb> hips = sureColors(BodyPart::kHip);
     const std::vector<Rgb> aboveKnees = sureColors(BodyPart::kLowerThigh);
+    const bool seesKnees = aboveKnees.size() >= kFewestColors;
     constexpr double kCovered = 0.8;
     constexpr double kFree = 0.3;
     if ((hips.size() >= kFewestColors && upper.shareOf(hips) < kCovered) ||
-        upper.shareOf(aboveKnees) > kFree)
+        (seesKnees && upper.shareOf(aboveKnees) > kFree))
       return colors;
     std::vector<Rgb> shown = upper.unlike(lower);
     constexpr double kGoodPart = 0.25;
-    if (static_cast<double>(shown.size()) < kGoodPart * static_cast<double>(lower.size())) {
+    const bool hangsOver =
+        static_cast<double>(shown.size()) < kGoodPart * static_cast<double>(lower.size());
+    if (hangsOver && !seesKnees) {
+      lower.clear();  // the picture ends before the hem does
+      return colors;
+    }
+    if (hangsOver) {
       const std::vector<Rgb> cloth =
           SimilarColors(colors[kSkinLabel - 1U]).unlike(upper.unlike(aboveKnees));
       if (cloth.size() < kFewestColors || 2 * cloth.size() < aboveKnees.size())
@@ -264,11 +283,32 @@ class FrameParser {
     return colors;
   }
 
-  ClassColors labelledColors() const {
+  std::vector<std::vector<std::uint8_t>> seedLabels() const {
     std::vector<std::vector<std::uint8_t>> labels;
+    labels.reserve(seedFrames_.size());
     for (std::size_t s = 0; s < seedFrames_.size(); ++s)
       labels.push_back(labelsOf(frames_[seedFrames_[s]], seedParts_[s]));
-    return collected([&](std::size_t s, std::size_t i) { return labels[s][i]; });
+    return labels;
+  }
+
+  /// Which of the garments a part mostly shows, as labelled so far: a shirt that hangs over the
+  /// thighs does so all around. How much of it is skin stays as assumed: hair of a shirt's colour
+  /// would become shirt.
+  void learnWhatIsOnTop(const std::vector<std::vector<std::uint8_t>>& labels) {
+    constexpr double kAssumed = 0.5;  // share of what was likely beforehand
+    const std::array<LabelFrequencies, kNumBodyParts> counts = countsOfParts(labels);
+    for (std::size_t part = 0; part < counts.size(); ++part) {
+      const LabelFrequencies usual = labelPrior(static_cast<BodyPart>(part));
+      constexpr std::size_t kUpper = kUpperLabel - 1U;
+      constexpr std::size_t kLower = kLowerLabel - 1U;
+      const double seen = counts[part][kUpper] + counts[part][kLower];
+      const double covered = usual[kUpper] + usual[kLower];
+      for (const std::size_t garment : {kUpper, kLower}) {
+        if (seen > 0.0)
+          priors_[part][garment] =
+              kAssumed * usual[garment] + (1.0 - kAssumed) * covered * counts[part][garment] / seen;
+      }
+    }
   }
 
   void learn(const ClassColors& colors) {

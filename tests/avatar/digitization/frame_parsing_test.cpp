@@ -170,6 +170,30 @@ TEST_F(FrameParsingTest, KnowsALongShirtOnTheThighs) {
     EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
 }
 
+TEST_F(FrameParsingTest, MakesNoLowerGarmentOfAShirtThatLeavesThePicture) {
+  const double knee = shaped_.joints(1, kLeftKnee);
+  std::vector<PosedDepthFrame> frames = turn(kShirtColor, kTrousersColor, knee);
+  // Nothing is seen of what is lower than the upper half of the thighs: in the capture's pose, arms
+  // and legs apart, a little higher than at rest.
+  const double end = shaped_.joints(1, kLeftHip) + 0.4 * (knee - shaped_.joints(1, kLeftHip));
+  for (PosedDepthFrame& frame : frames) {
+    const Camera& camera = frame.camera;
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
+        const std::size_t i = frame.index(x, y);
+        const double depth = static_cast<double>(frame.depth[i]);
+        if (unproject(camera, {double(x), double(y), depth}).y() < end)
+          frame.depth[i] = 0.0F;
+      }
+    }
+  }
+  const FrameParsing parsing = parsed(unlabelled(frames));
+  ASSERT_EQ(parsing.warnings.size(), 1U);
+  EXPECT_NE(parsing.warnings.front().find("nothing is seen"), std::string::npos);
+  for (const std::vector<std::uint8_t>& labels : parsing.labels)
+    EXPECT_EQ(std::count(labels.begin(), labels.end(), kLowerLabel), 0);
+}
+
 TEST_F(FrameParsingTest, TakesShoesOfTheTrousersColourForTheFeet) {
   const auto isFoot = [](int joint) {
     return joint == kLeftAnkle || joint == kRightAnkle || joint == kLeftFoot || joint == kRightFoot;
