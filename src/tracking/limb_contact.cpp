@@ -12,8 +12,8 @@
 namespace simulcap {
 namespace {
 
-constexpr double kGivesWay = 0.005;  // flesh [m]
-constexpr double kReach = 0.08;      // an arm's thickness: deeper in, no skin is the nearest [m]
+constexpr double kGivesWay = 0.005;     // flesh [m]
+constexpr double kArmThickness = 0.08;  // deeper in, no skin is the nearest [m]
 
 struct Arm {
   int shoulder, elbow, wrist;
@@ -120,7 +120,7 @@ std::vector<LimbContact> limbContacts(const TrackedSurface& surface, const Posed
       const Eigen::Vector3d normal = posed.normals.col(other);
       const double depth = normal.dot(posed.positions.col(other) - place) - kGivesWay;
       const bool facesIt = normal.dot(posed.normals.col(s)) < 0.0;
-      if (squaredDistance < kReach * kReach && depth > 0.0 && facesIt)
+      if (squaredDistance < kArmThickness * kArmThickness && depth > 0.0 && facesIt)
         contacts.push_back({s, arm.shoulder, arm.elbow, normal, depth});
     }
   }
