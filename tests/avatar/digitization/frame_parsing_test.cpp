@@ -213,8 +213,14 @@ TEST_F(FrameParsingTest, TakesShoesOfTheTrousersColourForTheFeet) {
        {facesOf(isShorts), kLowerLabel, kTrousersColor}});
   const FrameParsing parsing = parsed(unlabelled(frames));
   EXPECT_TRUE(parsing.warnings.empty());
-  for (std::size_t f = 0; f < frames.size(); ++f)
-    EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    long taken = 0;  // for shorts, though it is skin
+    for (std::size_t i = 0; i < frames[f].labels.size(); ++i)
+      taken += parsing.labels[f][i] == kLowerLabel && frames[f].labels[i] == kSkinLabel ? 1 : 0;
+    const auto shorts =
+        std::count(frames[f].labels.begin(), frames[f].labels.end(), std::uint8_t{kLowerLabel});
+    EXPECT_LT(taken, shorts / 10);  // two rows at the hems
+  }
 }
 
 TEST_F(FrameParsingTest, LearnsTheColoursFromOneLabelledFrame) {
