@@ -98,7 +98,7 @@ void turn(
   const Eigen::Matrix<double, 6, 6> matrix =
       pushes.matrix + kFirmness * Eigen::Matrix<double, 6, 6>::Identity();
   Eigen::Matrix<double, 6, 1> step = -matrix.ldlt().solve(pushes.gradient + kFirmness * turned);
-  step *= std::min(1.0, kMaxTurn / std::max(kMaxTurn, step.norm()));
+  step *= kMaxTurn / std::max(kMaxTurn, step.norm());
   pose.jointRotations.segment<3>(3 * arm.shoulder) += step.head<3>();
   pose.jointRotations.segment<3>(3 * arm.elbow) += step.tail<3>();
 }

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -211,7 +212,8 @@ TEST_F(FrameParsingTest, TakesShoesOfTheTrousersColourForTheFeet) {
        {facesOf(isFoot), kSkinLabel, kTrousersColor},
        {facesOf(isUpper), kUpperLabel, kShirtColor},
        {facesOf(isShorts), kLowerLabel, kTrousersColor}});
-  const FrameParsing parsing = parsed(unlabelled(frames));
+  // Before rounds of learning, which make the feet's colour skin's: only the patch tells.
+  const FrameParsing parsing = parsed(unlabelled(frames), {.rounds = 0});
   EXPECT_TRUE(parsing.warnings.empty());
   for (std::size_t f = 0; f < frames.size(); ++f) {
     long taken = 0;  // for shorts, though it is skin

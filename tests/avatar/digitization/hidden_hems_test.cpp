@@ -6,8 +6,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <stdexcept>
+#include <vector>
 
 namespace avatar {
 namespace {
@@ -19,12 +23,12 @@ class HiddenHemsTest : public testing::Test {
     for (std::size_t v = 0; v < limbs_.size(); ++v) {
       const Eigen::Vector3d point = body_.vertices.col(static_cast<Eigen::Index>(v));
       const bool isArm = limbs_[v] != kTrunkAndLegs;
-      truth_.push_back(!isArm || beforeHem(limbs_[v], point) < 0.0 ? kUpperLabel : kSkinLabel);
+      truth_.push_back(!isArm || beyondHem(limbs_[v], point) < 0.0 ? kUpperLabel : kSkinLabel);
     }
   }
 
   /// How far beyond the hem's plane along the arm [m]; the plane leans by a fifth.
-  double beforeHem(Limb arm, const Eigen::Vector3d& point) const {
+  double beyondHem(Limb arm, const Eigen::Vector3d& point) const {
     const LimbAxis& axis = axes_[arm];
     return axis.along(point) - 0.14 - 0.2 * axis.across(point).x();
   }
@@ -68,7 +72,7 @@ class HiddenHemsTest : public testing::Test {
     for (std::size_t v = 0; v < labels.size(); ++v) {
       const Eigen::Vector3d point = body_.vertices.col(static_cast<Eigen::Index>(v));
       if (labels[v] != truth_[v])
-        farthest = std::max(farthest, std::abs(beforeHem(limbs_[v], point)));
+        farthest = std::max(farthest, std::abs(beyondHem(limbs_[v], point)));
     }
     return farthest;
   }
