@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 
 namespace simulcap {
 namespace {
@@ -42,19 +43,30 @@ bool isFree(const TrackedSurface& surface, const PosedSamples& posed, int sample
 /// The skin that arms don't go into.
 struct Obstacle {
   std::vector<int> samples;
-  Eigen::Matrix3Xd places;  // 3 × N [m]
+  Eigen::MatrixX3d places;  // N × 3 [m]: each coordinate in one piece, for the search
   Eigen::AlignedBox3d box;
+
+  /// The index of the nearest place and its squared distance [m²].
+  std::pair<std::size_t, double> nearest(const Eigen::Vector3d& point) const {
+    Eigen::Index index = 0;
+    const Eigen::ArrayXd squared = (places.col(0).array() - point.x()).square() +
+                                   (places.col(1).array() - point.y()).square() +
+                                   (places.col(2).array() - point.z()).square();
+    const double least = squared.minCoeff(&index);
+    return {static_cast<std::size_t>(index), least};
+  }
 };
 
 Obstacle trunkAndThighs(const TrackedSurface& surface, const PosedSamples& posed) {
   Obstacle obstacle;
-  for (int s = 0; s < surface.numBodySamples(); ++s) {
+  const int numSkin = surface.numBodySamples();  // counts them
+  for (int s = 0; s < numSkin; ++s) {
     if (isTrunkOrThigh(surface.samples()[static_cast<std::size_t>(s)].joint))
       obstacle.samples.push_back(s);
   }
-  obstacle.places = posed.positions(Eigen::all, obstacle.samples);
-  for (const auto place : obstacle.places.colwise())
-    obstacle.box.extend(Eigen::Vector3d(place));
+  obstacle.places = posed.positions(Eigen::all, obstacle.samples).transpose();
+  for (const int s : obstacle.samples)
+    obstacle.box.extend(Eigen::Vector3d(posed.positions.col(s)));
   return obstacle;
 }
 
@@ -108,15 +120,14 @@ void turn(
 std::vector<LimbContact> limbContacts(const TrackedSurface& surface, const PosedSamples& posed) {
   const Obstacle obstacle = trunkAndThighs(surface, posed);
   std::vector<LimbContact> contacts;
+  const int numSkin = surface.numBodySamples();
   for (const Arm& arm : kArms) {
-    for (int s = 0; s < surface.numBodySamples(); ++s) {
+    for (int s = 0; s < numSkin; ++s) {
       const Eigen::Vector3d place = posed.positions.col(s);
       if (!obstacle.box.contains(place) || !isFree(surface, posed, s, arm))
         continue;
-      Eigen::Index nearest = 0;
-      const double squaredDistance =
-          (obstacle.places.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
-      const int other = obstacle.samples[static_cast<std::size_t>(nearest)];
+      const auto [nearest, squaredDistance] = obstacle.nearest(place);
+      const int other = obstacle.samples[nearest];
       const Eigen::Vector3d normal = posed.normals.col(other);
       const double depth = normal.dot(posed.positions.col(other) - place) - kGivesWay;
       const bool facesIt = normal.dot(posed.normals.col(s)) < 0.0;
