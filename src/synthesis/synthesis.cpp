@@ -14,6 +14,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <future>
 #include <mutex>
 #include <numbers>
@@ -205,6 +206,27 @@ class Darkroom {
   std::future<void> running_;                   // last, so that it ends before what it uses
 };
 
+/// Says which worn clothes haven't come to rest when frame 0 is reached.
+void noteMovement(const Stage& stage, const SceneRun& run, std::vector<std::string>& notes) {
+  constexpr double kRest = 0.01;  // a third of a millimetre per frame [m/s]
+  for (std::size_t i = 0; i < stage.cloths.size(); ++i) {
+    if (labelOf(stage.cloths[i]) == PixelLabel::kBackground)
+      continue;
+    const double speed = run.world().velocities(static_cast<int>(i)).colwise().norm().mean();
+    if (speed <= kRest)
+      continue;
+    char text[160];
+    std::snprintf(
+        text,
+        sizeof text,
+        "'%s' still moves at %.0f mm/s when frame 0 is reached: give truth.settle_seconds more "
+        "time",
+        stage.cloths[i].name.c_str(),
+        1000.0 * speed);
+    notes.emplace_back(text);
+  }
+}
+
 }  // namespace
 
 avatar::Camera backCamera(const SceneCamera& camera) {
@@ -252,6 +274,8 @@ SynthesisReport synthesize(
     const Stopwatch simulating;
     if (staged > 0 && !run.advance().stable)
       ++report.unstableFrames;
+    if (staged + 1 == stage.numPrerollFrames)
+      noteMovement(stage, run, report.notes);
     if (staged < stage.numPrerollFrames)
       run.calm(kPrerollMomentum);
     report.times.simulating += simulating.seconds();

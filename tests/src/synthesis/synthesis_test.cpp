@@ -11,11 +11,16 @@
 #include <nlohmann/json.hpp>
 
 #include <fstream>
+#include <gmock/gmock.h>
 #include <map>
 #include <sstream>
 
 namespace simulcap {
 namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 namespace fs = std::filesystem;
 
@@ -95,7 +100,8 @@ TEST(Synthesis, BeginsWithClothesAtRest) {
   const avatar::test::TemporaryFolder folder;
   Scene scene = test::smallCapture(2);
   scene.truth.settleSeconds = 1.0;  // a single swing of the skirt
-  synthesize(scene, folder.path("seq"), {});
+  const SynthesisReport report = synthesize(scene, folder.path("seq"), {});
+  EXPECT_THAT(report.notes, Not(Contains(HasSubstr("still moves"))));
   for (const char* cloth : {"lower", "upper"}) {
     const std::string file = std::string("seq/gt/garment_") + cloth + ".npz";
     const Eigen::MatrixXd frames = avatar::readNpz(folder.path(file)).at("vertices").asMatrix();
@@ -107,6 +113,16 @@ TEST(Synthesis, BeginsWithClothesAtRest) {
     // Half of a step of the depth images from one frame to the next; the walk begins as slowly.
     EXPECT_LT(moved / static_cast<double>(numVertices), 0.0005) << cloth;
   }
+}
+
+TEST(Synthesis, SaysWhichClothesStillMoveWhenItBegins) {
+  const avatar::test::TemporaryFolder folder;
+  Scene scene = test::smallCapture(1);
+  scene.garments.resize(1);
+  scene.garments.front().source = TailoredGarment{.cut = "dress", .edgeLength = 0.05};
+  scene.truth.settleSeconds = 0.2;  // its swing takes a second
+  const SynthesisReport report = synthesize(scene, folder.path("seq"), {});
+  EXPECT_THAT(report.notes, Contains(HasSubstr("'dress' still moves at ")));
 }
 
 TEST(Synthesis, DoesntReplaceWhatIsNoSequence) {
