@@ -228,8 +228,16 @@ class Digitizer {
           avatar::medianGap(fusedFrames(count - some, count), fusedFrames(0, some), kReach);
   }
 
+  /// In which the person is put together.
+  avatar::BodyPose canonicalPose() const {
+    if (!options_.fusion.legsCovered)
+      return avatar::aPose();
+    return avatar::aPoseOnLegsOf(
+        turn_.frames.front().pose, skinning_, skinning_.shape(turn_.betas));
+  }
+
   avatar::FusedPoints fusedFrames(std::size_t first, std::size_t end) const {
-    avatar::CanonicalFusion fusion(skinning_, turn_.betas, avatar::aPose(), options_.fusion);
+    avatar::CanonicalFusion fusion(skinning_, turn_.betas, canonicalPose(), options_.fusion);
     for (std::size_t f = first; f < end; ++f)
       fusion.allocate(turn_.frames[f]);
     for (std::size_t f = first; f < end; ++f)
@@ -241,13 +249,13 @@ class Digitizer {
 
   void fitBody() {
     result_.body =
-        avatar::fitInnerBody(skinning_, turn_.betas, avatar::aPose(), fused_, options_.body);
+        avatar::fitInnerBody(skinning_, turn_.betas, canonicalPose(), fused_, options_.body);
     const avatar::ShapedBody shaped = skinning_.shape(result_.body.betas);
     dressingBody_ = avatar::standForDressing(model_, result_.body.betas, result_.body.pose);
     result_.firstPose = avatar::carriedOver(
         turn_.frames.front().pose,
         skinning_.shape(turn_.betas),
-        avatar::aPose(),
+        canonicalPose(),
         shaped,
         result_.body.pose);
   }

@@ -56,23 +56,39 @@ class SimilarColors {
     least_ = *place;
   }
 
-  std::vector<Rgb> unlike(const std::vector<Rgb>& colors) const {
-    const std::vector<float> densities = model_.logLikelihoods(colors);
+  std::vector<Rgb> like(const std::vector<Rgb>& colors) const { return chosen(colors, true); }
+
+  std::vector<Rgb> unlike(const std::vector<Rgb>& colors) const { return chosen(colors, false); }
+
+  /// Those that are more like these than like others.
+  std::vector<Rgb> nearerThan(const SimilarColors& others, const std::vector<Rgb>& colors) const {
+    const std::vector<float> here = model_.logLikelihoods(colors);
+    const std::vector<float> there = others.model_.logLikelihoods(colors);
     std::vector<Rgb> result;
     for (std::size_t i = 0; i < colors.size(); ++i) {
-      if (densities[i] < least_)
+      if (here[i] > there[i])
         result.push_back(colors[i]);
     }
     return result;
   }
 
   double shareOf(const std::vector<Rgb>& colors) const {
-    return colors.empty() ? 0.0
-                          : 1.0 - static_cast<double>(unlike(colors).size()) /
-                                      static_cast<double>(colors.size());
+    return colors.empty()
+               ? 0.0
+               : static_cast<double>(like(colors).size()) / static_cast<double>(colors.size());
   }
 
  private:
+  std::vector<Rgb> chosen(const std::vector<Rgb>& colors, bool alike) const {
+    const std::vector<float> densities = model_.logLikelihoods(colors);
+    std::vector<Rgb> result;
+    for (std::size_t i = 0; i < colors.size(); ++i) {
+      if ((densities[i] >= least_) == alike)
+        result.push_back(colors[i]);
+    }
+    return result;
+  }
+
   ColorModel model_;
   float least_ = 0.0F;  // log-likelihood
 };
@@ -271,12 +287,17 @@ class FrameParser {
       lower.clear();  // the picture ends before the hem does
       return colors;
     }
-    if (hangsOver) {
-      const std::vector<Rgb> cloth =
-          SimilarColors(colors[kSkinLabel - 1U]).unlike(upper.unlike(aboveKnees));
-      if (cloth.size() < kFewestColors || 2 * cloth.size() < aboveKnees.size())
-        return colors;
+    const std::vector<Rgb> cloth =
+        SimilarColors(colors[kSkinLabel - 1U]).unlike(upper.unlike(aboveKnees));
+    const bool coversKnees = cloth.size() >= kFewestColors && 2 * cloth.size() >= aboveKnees.size();
+    if (coversKnees) {  // shades and prints of what hangs over the thighs are none of it
+      const SimilarColors trousers(cloth);
+      const std::vector<Rgb> shades = upper.nearerThan(trousers, trousers.unlike(shown));
+      shown = trousers.like(shown);
       shown.insert(shown.end(), cloth.begin(), cloth.end());
+      colors[kUpperLabel - 1U].insert(colors[kUpperLabel - 1U].end(), shades.begin(), shades.end());
+    } else if (hangsOver) {
+      return colors;
     }
     if (shown.size() >= kFewestColors)
       lower = thinned(shown, options_.colorsPerClass);
@@ -400,6 +421,7 @@ class FrameParser {
       labels[i] = static_cast<std::uint8_t>(best + 1);
     }
     takeShoes(parts, frame.camera.width, labels);
+    takeShodFeet(parts, frame.camera.width, labels);
     return labels;
   }
 
@@ -423,6 +445,28 @@ class FrameParser {
         if (labels[i] == garment && 2 * onFeet[patch] > pixels[patch])
           labels[i] = kSkinLabel;
       }
+    }
+  }
+
+  /// No trousers reach over all of a foot: what looks so is a shoe of their colour.
+  static void takeShodFeet(const PartImage& parts, int width, std::vector<std::uint8_t>& labels) {
+    constexpr double kShod = 0.7;
+    cv::Mat feet(static_cast<int>(labels.size()) / width, width, CV_8U);
+    for (std::size_t i = 0; i < labels.size(); ++i)
+      feet.data[i] = parts.parts[i] == BodyPart::kFoot && labels[i] != kNoLabel ? 1 : 0;
+    cv::Mat footOf;
+    const int count = cv::connectedComponents(feet, footOf);
+    std::vector<int> pixels(static_cast<std::size_t>(count), 0);
+    std::vector<int> cloth(static_cast<std::size_t>(count), 0);
+    const int* foot = footOf.ptr<int>();
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      ++pixels[static_cast<std::size_t>(foot[i])];
+      cloth[static_cast<std::size_t>(foot[i])] += labels[i] > kSkinLabel ? 1 : 0;
+    }
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const auto place = static_cast<std::size_t>(foot[i]);
+      if (foot[i] > 0 && cloth[place] > kShod * pixels[place])
+        labels[i] = kSkinLabel;
     }
   }
 

@@ -1,5 +1,6 @@
 #include "avatar/digitization/upright_stand.h"
 
+#include "avatar/axis_angle.h"
 #include "avatar/motion.h"
 
 #include <Eigen/Geometry>
@@ -106,6 +107,27 @@ BodyPose uprightBelowNeck(
   spreadLeg(upright, kLeftHip, straight, bent.joints.col(kLeftAnkle));
   spreadLeg(upright, kRightHip, straight, bent.joints.col(kRightAnkle));
   return upright;
+}
+
+BodyPose aPoseOnLegsOf(const BodyPose& pose, const Skinning& skinning, const ShapedBody& shaped) {
+  BodyPose result = aPose();
+  const auto rotation = [&](int joint) {
+    return quaternionFromAxisAngle(pose.jointRotations.segment<3>(3 * joint));
+  };
+  // Where the thighs point is seen; how the pelvis between them tilts, hardly.
+  const Eigen::Quaterniond pelvis =
+      rotationAbout(-heading(pose), Eigen::Vector3d::UnitY()) * rotation(kPelvis);
+  for (const int hip : {kLeftHip, kRightHip})
+    result.jointRotations.segment<3>(3 * hip) = axisAngleFromQuaternion(pelvis * rotation(hip));
+  for (const int joint : {kLeftKnee, kRightKnee, kLeftAnkle, kRightAnkle})
+    result.jointRotations.segment<3>(3 * joint) = pose.jointRotations.segment<3>(3 * joint);
+  const SkinnedBody body = skinning.pose(shaped, result);
+  const auto apart = [&](int left, int right) {
+    constexpr double kThickness = 0.14;  // of a leg [m]
+    const Eigen::Vector3d between = body.joints.col(left) - body.joints.col(right);
+    return between.x() > kThickness && std::abs(between.y()) < kThickness;
+  };
+  return apart(kLeftKnee, kRightKnee) && apart(kLeftAnkle, kRightAnkle) ? result : aPose();
 }
 
 }  // namespace avatar

@@ -22,4 +22,9 @@ bool thighsApart(
 /// arms keep their rotations.
 BodyPose uprightBelowNeck(const BodyPose& pose, const Skinning& skinning, const ShapedBody& shaped);
 
+/// The A-pose on the legs that a pose stands on, or on its own where those aren't apart. What hangs
+/// about the legs hangs alike over all; going with the skin of others, it would be stretched when
+/// it comes back to the pose.
+BodyPose aPoseOnLegsOf(const BodyPose& pose, const Skinning& skinning, const ShapedBody& shaped);
+
 }  // namespace avatar

@@ -80,8 +80,9 @@ Cloud::Ptr cloudOf(const Eigen::Matrix3Xf& points, const std::vector<bool>& want
 
 /// What lies on a plane and beneath it.
 struct PlaneSupport {
-  float area = 0.0F;   ///< [m²]
-  float below = 0.0F;  ///< [m²]
+  float area = 0.0F;                                 ///< [m²]
+  Eigen::Vector3f centre = Eigen::Vector3f::Zero();  ///< of what lies on it [m]
+  float below = 0.0F;                                ///< [m²]
 };
 
 PlaneSupport supportOf(const Plane& plane, const ScenePoints& scene) {
@@ -90,11 +91,15 @@ PlaneSupport supportOf(const Plane& plane, const ScenePoints& scene) {
     const Eigen::Vector3f point = scene.points.col(i);
     const float distance = plane.distance(point);
     const float tolerance = planeTolerance(plane, point);
-    if (std::abs(distance) <= tolerance)
+    if (std::abs(distance) <= tolerance) {
       support.area += scene.areas[i];
-    else if (distance < -(tolerance + 0.05F))
+      support.centre += scene.areas[i] * point;
+    } else if (distance < -(tolerance + 0.05F)) {
       support.below += scene.areas[i];
+    }
   }
+  if (support.area > 0.0F)
+    support.centre /= support.area;
   return support;
 }
 
@@ -117,6 +122,9 @@ std::optional<Plane> findFloor(const ScenePoints& scene, const FloorOptions& opt
   constexpr int kMaxPlanes = 4;
   constexpr float kMaxBelow = 0.1F;      // share of the plane's own area
   constexpr float kNormalError = 0.35F;  // of a normal from a few noisy depths [rad]
+  // A time-of-flight camera sees a floor bent, lower by centimetres where it looks along it: what
+  // lies a little beneath is the same floor, of which the larger part tells where it is [m].
+  constexpr float kStep = 0.2F;
   std::vector<bool> wanted(static_cast<std::size_t>(scene.points.cols()));
   for (std::size_t i = 0; i < wanted.size(); ++i)
     wanted[i] = scene.normals.col(i).dot(options.up) > std::cos(options.maxTilt + kNormalError);
@@ -139,7 +147,7 @@ std::optional<Plane> findFloor(const ScenePoints& scene, const FloorOptions& opt
     const bool beneath = plane.offset >= options.minHeight && plane.offset <= options.maxHeight;
     const bool lowest = support.below <= kMaxBelow * support.area;
     if (level && beneath && lowest && support.area >= options.minArea &&
-        (!floor || plane.offset > floor->offset))
+        (!floor || floor->distance(support.centre) < -kStep))
       floor = plane;
   }
   return floor;

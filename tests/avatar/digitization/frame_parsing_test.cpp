@@ -225,6 +225,45 @@ TEST_F(FrameParsingTest, TakesShoesOfTheTrousersColourForTheFeet) {
   }
 }
 
+TEST_F(FrameParsingTest, TellsShoesFromTrousersOfTheirColourThatReachThem) {
+  const auto isShod = [&](Eigen::Index face) {
+    const int joint = jointOf(face);
+    return joint == kLeftAnkle || joint == kRightAnkle || joint == kLeftFoot || joint == kRightFoot;
+  };
+  constexpr double kNoHem = std::numeric_limits<double>::infinity();
+  const auto isBare = [&](Eigen::Index face) {
+    return labelOf(face, kNoHem) == kSkinLabel && !isShod(face);
+  };
+  const std::vector<PosedDepthFrame> frames = turn(
+      {{facesWhere(isBare), kSkinLabel, kSkinColor},
+       {facesWhere(isShod), kSkinLabel, kTrousersColor},
+       {facesWith(kUpperLabel, kNoHem), kUpperLabel, kShirtColor},
+       {facesWith(kLowerLabel, kNoHem), kLowerLabel, kTrousersColor}});
+  const FrameParsing parsing = parsed(unlabelled(frames));
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
+}
+
+TEST_F(FrameParsingTest, TakesShadesOfALongShirtForNoTrousers) {
+  const double hip = shaped_.joints(1, kLeftHip);
+  const double hem = hip + 0.45 * (shaped_.joints(1, kLeftKnee) - hip);
+  const auto isShaded = [&](Eigen::Index face) {  // where it hangs over the thighs
+    return shaped_.vertices(1, model_.faces(0, face)) < hip;
+  };
+  const auto isShirt = [&](Eigen::Index face) { return labelOf(face, hem) == kUpperLabel; };
+  const auto shirt = [&](bool shaded) {
+    return facesWhere([&](Eigen::Index f) { return isShirt(f) && isShaded(f) == shaded; });
+  };
+  const std::vector<PosedDepthFrame> frames = turn(
+      {{facesWith(kSkinLabel, hem), kSkinLabel, kSkinColor},
+       {shirt(false), kUpperLabel, kShirtColor},
+       {shirt(true), kUpperLabel, 0.6 * kShirtColor},
+       {facesWith(kLowerLabel, hem), kLowerLabel, kTrousersColor}});
+  const FrameParsing parsing = parsed(unlabelled(frames));
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    EXPECT_GT(share(parsing.labels[f], frames[f].labels), 0.95);
+}
+
 TEST_F(FrameParsingTest, LearnsTheColoursFromOneLabelledFrame) {
   const std::vector<PosedDepthFrame> frames = turn(kShirtColor, kTrousersColor);
   std::vector<PosedDepthFrame> partly = unlabelled(frames);

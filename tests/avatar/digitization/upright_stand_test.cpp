@@ -1,5 +1,6 @@
 #include "avatar/digitization/upright_stand.h"
 
+#include "avatar/axis_angle.h"
 #include "avatar/motion.h"
 #include "tests/avatar/digitization/rendered_frame.h"
 #include "tests/support/capsule_figure.h"
@@ -10,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace avatar {
 namespace {
@@ -71,6 +73,56 @@ TEST_F(UprightStand, LeadsStraightLegsToTheAnklesAsSeenFromTheFront) {
         bone(shaped_.joints, hip, knee).dot(bone(shaped_.joints, knee, ankle)),
         kRounding);
   }
+}
+
+TEST_F(UprightStand, PutsTheAPoseOnTheLegsThatSomebodyStandsOn) {
+  BodyPose stand = test::turned(aPose(), 0.8);
+  stand.jointRotations.segment<3>(3 * kLeftHip) << -0.2, 0.1, 0.2;
+  stand.jointRotations[3 * kRightHip + 2] = -0.05;
+  stand.jointRotations[3 * kLeftKnee] = 0.3;
+  stand.jointRotations[3 * kLeftShoulder + 2] = -0.2;
+  // A pelvis that tilts, the thighs where they were.
+  const Eigen::Quaterniond tilt = rotationAbout(0.15, Eigen::Vector3d(1.0, 0.0, 0.5).normalized());
+  const auto turn =
+      [&](int joint, const Eigen::Quaterniond& before, const Eigen::Quaterniond& after) {
+        auto rotation = stand.jointRotations.segment<3>(3 * joint);
+        rotation = axisAngleFromQuaternion(before * quaternionFromAxisAngle(rotation) * after);
+      };
+  const Eigen::Quaterniond same = Eigen::Quaterniond::Identity();
+  const double facing = heading(stand);
+  turn(kPelvis, same, tilt);
+  for (const int hip : {kLeftHip, kRightHip})
+    turn(hip, tilt.conjugate(), same);
+  const BodyPose found = aPoseOnLegsOf(stand, skinning_, shaped_);
+  const Eigen::Matrix3Xd before = skinning_.pose(shaped_, stand).joints;
+  const Eigen::Matrix3Xd after = skinning_.pose(shaped_, found).joints;
+  const Eigen::Quaterniond toFront = rotationAbout(-heading(stand), Eigen::Vector3d::UnitY());
+  EXPECT_NEAR(heading(stand), facing, 0.02);  // what a tilt does to it
+  constexpr double kRounding = 1e-12;
+  for (const auto& [from, to] :
+       {std::pair{kLeftHip, kLeftAnkle},
+        std::pair{kRightHip, kRightAnkle},
+        std::pair{kLeftHip, kLeftKnee}}) {
+    const Eigen::Vector3d wanted = toFront * (before.col(to) - before.col(from));
+    EXPECT_LT((after.col(to) - after.col(from) - wanted).norm(), kRounding);
+  }
+  for (const int joint : {kPelvis, kSpine1, kLeftShoulder, kRightElbow})
+    EXPECT_EQ(
+        found.jointRotations.segment<3>(3 * joint), aPose().jointRotations.segment<3>(3 * joint));
+}
+
+TEST_F(UprightStand, TakesLegsThatAreTogetherOrStepApart) {
+  BodyPose together = aPose();
+  together.jointRotations[3 * kLeftHip + 2] = together.jointRotations[3 * kRightHip + 2] = 0.0;
+  const double hips = shaped_.joints(0, kLeftHip) - shaped_.joints(0, kRightHip);
+  const double inwards = std::asin(0.5 * (hips - 0.1) / 0.8);  // ankles 10 cm apart or less
+  together.jointRotations[3 * kLeftHip + 2] = -inwards;
+  together.jointRotations[3 * kRightHip + 2] = inwards;
+  BodyPose step = aPose();
+  step.jointRotations[3 * kLeftHip] = -0.9;
+  step.jointRotations[3 * kLeftKnee] = 1.2;
+  for (const BodyPose& pose : {together, step})
+    EXPECT_EQ(aPoseOnLegsOf(pose, skinning_, shaped_).jointRotations, aPose().jointRotations);
 }
 
 TEST_F(UprightStand, SeesWhetherASkirtCoversTheLegsTogether) {

@@ -1,5 +1,6 @@
 #include "src/input/depth_preparation.h"
 
+#include "src/input/scene_planes.h"
 #include "tests/src/input/synthetic_room.h"
 
 #include <gtest/gtest.h>
@@ -95,6 +96,40 @@ TEST(DepthPreparation, FindsTheFloorWithinADegreeFromATiltedCamera) {
     const Eigen::Vector3d eye = frame.cameraFromWorld.inverse().translation();
     EXPECT_NEAR(eye.y(), 1.6, 0.02) << "camera height: the floor's fit through noise";
   }
+}
+
+/// Adds a level patch of floor at a height above the camera [m].
+void addPatch(ScenePoints& scene, float height, float nearZ, float farZ) {
+  constexpr float kStep = 0.05F;
+  constexpr float kHalfWidth = 1.0F;
+  const auto columns = static_cast<Eigen::Index>(2.0F * kHalfWidth / kStep);
+  const auto rows = static_cast<Eigen::Index>(std::lround((farZ - nearZ) / kStep));
+  const Eigen::Index first = scene.points.cols();
+  scene.points.conservativeResize(3, first + columns * rows);
+  for (Eigen::Index i = 0; i < columns * rows; ++i)
+    scene.points.col(first + i) << -kHalfWidth + kStep * static_cast<float>(i % columns), -height,
+        nearZ + kStep * static_cast<float>(i / columns);
+  scene.normals = Eigen::Vector3f(0.0F, -1.0F, 0.0F).replicate(1, scene.points.cols());
+  scene.areas = Eigen::VectorXf::Constant(scene.points.cols(), kStep * kStep);
+}
+
+// A time-of-flight camera sees floors bent: their far parts some centimetres too low.
+TEST(SceneFloor, IsWhereItsLargerPartIs) {
+  ScenePoints scene{Eigen::Matrix3Xf(3, 0), {}, {}};
+  addPatch(scene, -0.7F, 1.5F, 3.5F);
+  addPatch(scene, -0.8F, 3.9F, 4.05F);
+  const auto floor = findFloor(scene);
+  ASSERT_TRUE(floor);
+  EXPECT_NEAR(floor->offset, 0.7F, 0.01F);
+}
+
+TEST(SceneFloor, LiesBeneathATable) {
+  ScenePoints scene{Eigen::Matrix3Xf(3, 0), {}, {}};
+  addPatch(scene, -0.7F, 1.5F, 3.5F);
+  addPatch(scene, -1.4F, 3.9F, 4.05F);
+  const auto floor = findFloor(scene);
+  ASSERT_TRUE(floor);
+  EXPECT_NEAR(floor->offset, 1.4F, 0.01F);
 }
 
 TEST(DepthPreparation, TheWorldStandsUnderThePersonAndLooksAlongMinusZ) {
