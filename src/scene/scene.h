@@ -181,7 +181,7 @@ struct SceneTruth {
   double torsion = 0.2;     ///< times torsion_w
   double mass = 0.6;        ///< times the mass per area
   double friction = 1.5;
-  double softTissue = 0.01;  ///< largest offset of the skin [m]
+  double softTissue = 0.01;    ///< largest offset of the skin [m]
   double settleSeconds = 3.0;  ///< a soft dress takes two
   std::uint32_t seed = 0;
   int backStride = 1;  ///< frames from one picture of the hidden camera to the next
