@@ -212,6 +212,11 @@ double heading(const BodyPose& pose) {
   return std::atan2(forward.x(), forward.z());
 }
 
+Eigen::Vector3d lean(const BodyPose& pose) {
+  return axisAngleFromQuaternion(
+      rotationAbout(-heading(pose), Eigen::Vector3d::UnitY()) * jointRotation(pose, kPelvis));
+}
+
 Motion placedOnFloor(const Motion& motion, const RestSkeleton& body) {
   if (motion.frames.empty()) {
     return motion;

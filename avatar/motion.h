@@ -69,6 +69,9 @@ Motion turned(const Motion& motion, double yaw, const Eigen::Vector3d& restPelvi
 /// Direction the pelvis faces, as the angle from +Z towards +X [rad], (−π, π].
 double heading(const BodyPose& pose);
 
+/// What the pelvis is rotated by beside its heading, before that: axis-angle [rad].
+Eigen::Vector3d lean(const BodyPose& pose);
+
 /// The clip moved up or down so that its soles come down to y = 0; a tenth of the frames may be
 /// lower (noise). Exact placing needs vertices: translated(motion, −lowest vertex).
 Motion placedOnFloor(const Motion& motion, const RestSkeleton& body);

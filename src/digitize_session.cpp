@@ -7,6 +7,7 @@
 #include "avatar/digitization/seen_extent.h"
 #include "avatar/digitization/surface_gap.h"
 #include "avatar/digitization/upright_stand.h"
+#include "avatar/motion.h"
 #include "avatar/skinning.h"
 #include "avatar/wardrobe/dressing_body.h"
 #include "src/digitization/human_parser.h"
@@ -25,6 +26,14 @@
 
 namespace simulcap {
 namespace {
+
+/// Over views from all sides.
+Eigen::Vector3d meanLean(const std::vector<avatar::PosedDepthFrame>& frames) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const avatar::PosedDepthFrame& frame : frames)
+    sum += avatar::lean(frame.pose);
+  return sum / static_cast<double>(frames.size());
+}
 
 class Digitizer {
  public:
@@ -82,6 +91,8 @@ class Digitizer {
   void straighten() {
     const avatar::ShapedBody shaped = skinning_.shape(turn_.betas);
     options_.fusion.legsCovered = !avatar::legsApart(turn_.frames, skinning_, shaped);
+    if (!options_.fusion.legsCovered)
+      lean_ = meanLean(turn_.frames);
     if (avatar::thighsApart(turn_.frames, skinning_, shaped))
       return;
     for (avatar::PosedDepthFrame& frame : turn_.frames)
@@ -112,7 +123,7 @@ class Digitizer {
       clothes->unknown = ClothUnknown::kWidths;
     }
     turn_ = trackAgain(
-        turn_, recording, model_, {result_.body.betas, std::move(clothes)}, options_.turn);
+        turn_, recording, model_, {result_.body.betas, std::move(clothes), lean_}, options_.turn);
     StageSeconds seconds = std::move(result_.seconds);
     seconds.emplace_back("input", turn_.inputSeconds);
     seconds.emplace_back("body_tracking", turn_.trackingSeconds);
@@ -305,6 +316,7 @@ class Digitizer {
   Turn turn_;
   bool onePiece_ = false;
   bool isSketch_ = false;
+  std::optional<Eigen::Vector3d> lean_;  // absent: hidden by what covers the legs
   avatar::FusedPoints fused_;
   avatar::DressingBody dressingBody_;  // in the canonical pose
   DigitizedPerson result_;

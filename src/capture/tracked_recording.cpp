@@ -112,6 +112,7 @@ void TrackedRecording::begin() {
   if (preparation_.captureFrame()->floorSeen)
     trackerOptions_.floorHeight = 0.0;
   trackerOptions_.armsApart = person_.armsApart;
+  trackerOptions_.usualLean = person_.usualLean;
   tracker_.emplace(person_.model, *camera_, trackerOptions_);
   if (person_.betas)
     tracker_->setBetas(*person_.betas);

@@ -27,10 +27,11 @@ struct KnownPoses {
 /// The body of the person in a recording.
 struct TrackedPerson {
   const avatar::BodyModel& model;
-  std::optional<Eigen::VectorXd> betas;  ///< absent: estimated along
-  std::optional<OuterLayer> outer;       ///< its clothes, when they are known
-  std::optional<KnownPoses> poses = {};  ///< instead of tracking
-  bool armsApart = false;                ///< see TrackerOptions
+  std::optional<Eigen::VectorXd> betas;           ///< absent: estimated along
+  std::optional<OuterLayer> outer;                ///< its clothes, when they are known
+  std::optional<KnownPoses> poses = {};           ///< instead of tracking
+  bool armsApart = false;                         ///< see TrackerOptions
+  std::optional<Eigen::Vector3d> usualLean = {};  ///< the same
 };
 
 /// A recording's frame with the person found in it.

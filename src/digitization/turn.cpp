@@ -49,7 +49,7 @@ class TurnTracking {
 
   /// Tracks until the turn is whole and learns the shape on the way.
   FirstPass learn() {
-    TrackedRecording frames = tracked({model_, options_.betas, {}}, options_.frames);
+    TrackedRecording frames = tracked({.model = model_, .betas = options_.betas}, options_.frames);
     const std::optional<int> given =
         options_.frames ? options_.frames : frames.info().turnaroundFrames;
     const int limit = std::min(given.value_or(frames.numFrames()), frames.numFrames());
@@ -77,38 +77,38 @@ class TurnTracking {
   }
 
   /// The clothes as wide as they turn out to be over the turn.
-  std::optional<OuterLayer> fitted(
-      const FirstPass& learned, const std::optional<OuterLayer>& clothes) {
+  std::optional<OuterLayer> fitted(const KnownPerson& person, int count) {
+    const std::optional<OuterLayer>& clothes = person.clothes;
     if (!clothes || clothes->unknown != ClothUnknown::kWidths)
       return clothes;
-    TrackedRecording frames = tracked({model_, learned.betas, clothes}, learned.count);
+    TrackedRecording frames = tracked(person, count);
     for (std::optional<TrackedFrame> frame = frames.next(); frame;
          frame = frames.next(std::move(*frame))) {
       addTimes(*frame);
-      progress(frame->ordinal + 1, 2 * learned.count);
+      progress(frame->ordinal + 1, 2 * count);
     }
     return widened(*clothes, frames.clothWidths());
   }
 
-  Turn keep(const FirstPass& learned, const std::optional<OuterLayer>& clothes = {}) {
-    turn_.betas = learned.betas;
-    turn_.framesTaken = learned.count;
-    TrackedRecording frames = tracked({model_, learned.betas, clothes}, learned.count);
-    const int kept = std::min(learned.count, options_.mostFrames);
+  Turn keep(const KnownPerson& person, int count) {
+    turn_.betas = person.betas;
+    turn_.framesTaken = count;
+    TrackedRecording frames = tracked(person, count);
+    const int kept = std::min(count, options_.mostFrames);
     std::vector<double> headings;
     for (std::optional<TrackedFrame> frame = frames.next(); frame;
          frame = frames.next(std::move(*frame))) {
       turn_.camera = frames.camera();
       addTimes(*frame);
       ++turn_.framesRead;
-      progress(learned.count + frame->ordinal + 1, 2 * learned.count);
+      progress(count + frame->ordinal + 1, 2 * count);
       if (frame->observed.body.status == TrackingStatus::kLost) {
         ++turn_.framesLost;
         continue;
       }
       headings.push_back(relativeHeading(frame->observed.body.pose));
       // Every frame's number of kept ones before it: they are evenly spread.
-      const auto place = [&](int ordinal) { return ordinal * kept / learned.count; };
+      const auto place = [&](int ordinal) { return ordinal * kept / count; };
       if (place(frame->ordinal) == place(frame->ordinal - 1) && frame->ordinal > 0)
         continue;
       turn_.numbers.push_back(frame->picture.index);
@@ -120,6 +120,12 @@ class TurnTracking {
   }
 
  private:
+  TrackedRecording tracked(const KnownPerson& person, int count) const {
+    return tracked(
+        {.model = model_, .betas = person.betas, .outer = person.clothes, .usualLean = person.lean},
+        count);
+  }
+
   TrackedRecording tracked(const TrackedPerson& person, std::optional<int> count) const {
     return {recording_.open(), recording_.name, person, {.first = 0, .count = count}};
   }
@@ -228,7 +234,8 @@ Turn trackTurn(
     const FrameSupply& recording, const avatar::BodyModel& model, const TurnOptions& options) {
   options.validate();
   TurnTracking tracking(recording, model, options);
-  return tracking.keep(tracking.learn());
+  const FirstPass learned = tracking.learn();
+  return tracking.keep({.betas = learned.betas}, learned.count);
 }
 
 Turn trackAgain(
@@ -238,8 +245,9 @@ Turn trackAgain(
     const KnownPerson& person,
     const TurnOptions& options) {
   TurnTracking tracking(recording, model, options);
-  const FirstPass learned{turn.framesTaken, person.betas};
-  Turn again = tracking.keep(learned, tracking.fitted(learned, person.clothes));
+  KnownPerson known = person;
+  known.clothes = tracking.fitted(person, turn.framesTaken);
+  Turn again = tracking.keep(known, turn.framesTaken);
   again.warnings = turn.warnings;
   return again;
 }

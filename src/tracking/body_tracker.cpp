@@ -81,7 +81,8 @@ class BodyTracker::Implementation {
         options_((options.validate(), avatar::requireValid(camera), options)),
         surface_(std::make_unique<TrackedSurface>(model, options.numSamples)),
         regularizer_(
-            avatar::PosePrior(options.posePrior ? *options.posePrior : avatar::builtInPrior())),
+            avatar::PosePrior(options.posePrior ? *options.posePrior : avatar::builtInPrior()),
+            options.usualLean),
         usualBareness_(usualBareness(*surface_)) {
     state_.betas = Eigen::VectorXd::Zero(surface_->numBetas());
     state_.betaInformation =

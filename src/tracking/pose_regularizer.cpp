@@ -1,6 +1,7 @@
 #include "src/tracking/pose_regularizer.h"
 
 #include "avatar/axis_angle.h"
+#include "avatar/motion.h"
 
 #include <cmath>
 #include <numbers>
@@ -77,8 +78,29 @@ void shortenRotations(avatar::BodyPose& pose) {
   }
 }
 
-PoseRegularizer::PoseRegularizer(PosePrior prior)
-    : prior_(std::move(prior)), limits_(avatar::humanJointLimits()) {}
+PoseRegularizer::PoseRegularizer(PosePrior prior, const std::optional<Eigen::Vector3d>& usualLean)
+    : prior_(std::move(prior)), limits_(avatar::humanJointLimits()), usualLean_(usualLean) {}
+
+/// Loose clothes show how the hips lean so little that a shape that isn't quite the person's makes
+/// them lean one way in front views and the other in back views. The residual is the rotation from
+/// the usual lean to this one, without its part about the vertical axis: headings are free.
+double PoseRegularizer::addLean(const BodyPose& pose, NormalEquations& equations) const {
+  if (!usualLean_)
+    return 0.0;
+  constexpr double kStiffness = 150.0;  // depth's own is 80 under a wide shirt [per rad²]
+  const Eigen::Vector3d root = pose.jointRotations.head<3>();
+  const Eigen::Quaterniond usual =
+      avatar::rotationAbout(avatar::heading(pose), Eigen::Vector3d::UnitY()) *
+      avatar::quaternionFromAxisAngle(*usualLean_);
+  Eigen::Vector3d off =
+      avatar::axisAngleFromQuaternion(avatar::quaternionFromAxisAngle(root) * usual.conjugate());
+  Eigen::Matrix3d jacobian = avatar::leftJacobian(root);
+  off.y() = 0.0;
+  jacobian.row(1).setZero();
+  equations.matrix.topLeftCorner<3, 3>() += kStiffness * jacobian.transpose() * jacobian;
+  equations.gradient.head<3>() += kStiffness * jacobian.transpose() * off;
+  return kStiffness * off.squaredNorm();
+}
 
 double PoseRegularizer::add(
     const BodyParameters& parameters,
@@ -112,6 +134,8 @@ double PoseRegularizer::add(
   equations.matrix.diagonal().head<TrackingLayout::kTranslation>() += axes;
   equations.gradient.head<TrackingLayout::kTranslation>() += axes.cwiseProduct(rotations);
   energy += rotations.cwiseAbs2().dot(axes);
+
+  energy += addLean(parameters.pose, equations);
 
   const Eigen::VectorXd& stiffness = temporalStiffness();
   Eigen::VectorXd off(TrackingLayout::kBetas);

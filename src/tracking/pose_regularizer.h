@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include <optional>
+
 namespace simulcap {
 
 /// What is known of a pose without looking: E_pri (mixture prior, joint limits, knees and elbows
@@ -14,7 +16,9 @@ namespace simulcap {
 /// radians and metres.
 class PoseRegularizer {
  public:
-  explicit PoseRegularizer(avatar::PosePrior prior);
+  /// `usualLean`: that of TrackerOptions.
+  explicit PoseRegularizer(
+      avatar::PosePrior prior, const std::optional<Eigen::Vector3d>& usualLean = {});
 
   struct Weights {
     double prior = 0.01;        ///< λ_pri
@@ -31,8 +35,11 @@ class PoseRegularizer {
       avatar::NormalEquations& equations) const;
 
  private:
+  double addLean(const avatar::BodyPose& pose, avatar::NormalEquations& equations) const;
+
   avatar::PosePrior prior_;
   avatar::JointLimits limits_;
+  std::optional<Eigen::Vector3d> usualLean_;
 };
 
 /// How firmly a joint holds to its predicted rotation [per rad²], the translation to its own [per

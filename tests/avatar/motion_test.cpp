@@ -158,6 +158,16 @@ TEST(Motion, TurningChangesTheHeadingByTheAngle) {
   EXPECT_NEAR(heading(turnedClip.frames[3]), heading(motion.frames[3]) + 0.4, 1e-12);
 }
 
+TEST(Motion, TheLeanIsTheSameWhicheverWaySomebodyFaces) {
+  const Eigen::Vector3d bent(0.3, 0.0, 0.0);  // about the pelvis' own axis: facing as before
+  for (const double facing : {-2.5, 0.0, 1.0}) {
+    BodyPose pose;
+    pose.jointRotations.head<3>() = axisAngleFromQuaternion(
+        rotationAbout(facing, Eigen::Vector3d::UnitY()) * quaternionFromAxisAngle(bent));
+    EXPECT_LT((lean(pose) - bent).norm(), 1e-12);
+  }
+}
+
 TEST(Motion, ConcatenationResamplesTheSecondClip) {
   const Motion joined = concatenated(spinning(30.0, 31, 1.0), spinning(60.0, 61, 1.0));
   EXPECT_EQ(joined.framesPerSecond, 30.0);

@@ -1,5 +1,6 @@
 #include "src/tracking/pose_regularizer.h"
 
+#include "avatar/axis_angle.h"
 #include "avatar/io/prior_file.h"
 #include "tests/support/gradient_check.h"
 
@@ -57,6 +58,55 @@ TEST(PoseRegularizer, ResistsBentLegsAsASpringAboutTheAxisTheyBendAbout) {
       // Of energies of some hundred.
       EXPECT_NEAR(more, bends && axis == 0 ? 2.0 * 0.4 * 0.4 : 0.0, 1e-12) << joint << " " << axis;
     }
+  }
+}
+
+/// Somebody who faces a direction and is rotated by this before [rad].
+avatar::BodyPose leaning(const Eigen::Vector3d& lean, double facing) {
+  avatar::BodyPose pose;
+  pose.jointRotations.head<3>() = avatar::axisAngleFromQuaternion(
+      avatar::rotationAbout(facing, Eigen::Vector3d::UnitY()) *
+      avatar::quaternionFromAxisAngle(lean));
+  return pose;
+}
+
+TEST(PoseRegularizer, HoldsTheUsualLeanWhicheverWayThePersonFaces) {
+  const Eigen::Vector3d usual(0.05, 0.0, -0.02);
+  const avatar::PosePrior prior(avatar::builtInPrior());
+  const PoseRegularizer free{prior};
+  const PoseRegularizer held{prior, usual};
+
+  struct Added {
+    double energy;
+    Eigen::Vector3d gradient;
+  };
+
+  const auto added = [&](const avatar::BodyPose& pose) -> Added {
+    BodyParameters parameters;
+    parameters.pose = pose;
+    avatar::NormalEquations with(TrackingLayout::kBetas), without(TrackingLayout::kBetas);
+    const PoseRegularizer::Weights weights{.temporal = 0.0};
+    const double more =
+        held.add(parameters, pose, weights, with) - free.add(parameters, pose, weights, without);
+    return {more, (with.gradient - without.gradient).head<3>()};
+  };
+  constexpr double kRounding = 1e-12;
+  const Added sideways = added(leaning(usual + Eigen::Vector3d(0.0, 0.0, 0.1), 0.0));
+  for (const double facing : {-2.0, 0.0, 0.7, 3.0}) {
+    EXPECT_NEAR(added(leaning(usual, facing)).energy, 0.0, kRounding);
+    const avatar::BodyPose pose = leaning(usual + Eigen::Vector3d(0.0, 0.0, 0.1), facing);
+    const Added off = added(pose);
+    EXPECT_NEAR(off.energy, sideways.energy, kRounding);
+    // 1 %: that leaning changes the heading, too, is left out.
+    Eigen::Vector3d derivative;
+    for (int axis = 0; axis < 3; ++axis) {
+      constexpr double kStep = 1e-5;
+      avatar::BodyPose more = pose, less = pose;
+      more.jointRotations[axis] += kStep;
+      less.jointRotations[axis] -= kStep;
+      derivative[axis] = 0.5 * (added(more).energy - added(less).energy) / (2.0 * kStep);
+    }
+    EXPECT_LT((off.gradient - derivative).norm(), 0.01 * derivative.norm()) << facing;
   }
 }
 
