@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <stdexcept>
 
@@ -85,6 +86,43 @@ std::vector<float> ColorModel::logLikelihoods(const std::vector<Rgb>& colors) co
     result.push_back(std::log(density));
   }
   return result;
+}
+
+SimilarColors::SimilarColors(const std::vector<Rgb>& colors) : model_(colors) {
+  constexpr double kRare = 0.05;  // of its own colours
+  std::vector<float> own = model_.logLikelihoods(colors);
+  const auto place =
+      own.begin() + static_cast<std::ptrdiff_t>(kRare * static_cast<double>(own.size()));
+  std::nth_element(own.begin(), place, own.end());
+  least_ = *place;
+}
+
+std::vector<Rgb> SimilarColors::chosen(const std::vector<Rgb>& colors, bool alike) const {
+  const std::vector<float> densities = model_.logLikelihoods(colors);
+  std::vector<Rgb> result;
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    if ((densities[i] >= least_) == alike)
+      result.push_back(colors[i]);
+  }
+  return result;
+}
+
+std::vector<Rgb> SimilarColors::nearerThan(
+    const SimilarColors& others, const std::vector<Rgb>& colors) const {
+  const std::vector<float> here = model_.logLikelihoods(colors);
+  const std::vector<float> there = others.model_.logLikelihoods(colors);
+  std::vector<Rgb> result;
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    if (here[i] > there[i])
+      result.push_back(colors[i]);
+  }
+  return result;
+}
+
+double SimilarColors::shareOf(const std::vector<Rgb>& colors) const {
+  return colors.empty()
+             ? 0.0
+             : static_cast<double>(like(colors).size()) / static_cast<double>(colors.size());
 }
 
 ColorTable::ColorTable(const std::vector<ColorModel>& models) {

@@ -32,6 +32,29 @@ class ColorModel {
   std::vector<Cluster> clusters_;
 };
 
+/// Tells colours like those of one kind of surface: all but the rarest of them are.
+class SimilarColors {
+ public:
+  /// Throws std::invalid_argument without colours.
+  explicit SimilarColors(const std::vector<Rgb>& colors);
+
+  std::vector<Rgb> like(const std::vector<Rgb>& colors) const { return chosen(colors, true); }
+
+  std::vector<Rgb> unlike(const std::vector<Rgb>& colors) const { return chosen(colors, false); }
+
+  /// Those that are more like these than like others.
+  std::vector<Rgb> nearerThan(const SimilarColors& others, const std::vector<Rgb>& colors) const;
+
+  /// Of colours, those like these, 0 … 1.
+  double shareOf(const std::vector<Rgb>& colors) const;
+
+ private:
+  std::vector<Rgb> chosen(const std::vector<Rgb>& colors, bool alike) const;
+
+  ColorModel model_;
+  float least_ = 0.0F;  // log-likelihood
+};
+
 /// Several models at once, looked up per colour in cells of 1/32 of each channel.
 class ColorTable {
  public:

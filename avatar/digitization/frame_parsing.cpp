@@ -44,55 +44,6 @@ const char* nameOf(std::size_t place) {
   return kNames[place];
 }
 
-/// Tells colours like those of one kind of surface.
-class SimilarColors {
- public:
-  explicit SimilarColors(const std::vector<Rgb>& colors) : model_(colors) {
-    constexpr double kRare = 0.05;  // of its own colours
-    std::vector<float> own = model_.logLikelihoods(colors);
-    const auto place =
-        own.begin() + static_cast<std::ptrdiff_t>(kRare * static_cast<double>(own.size()));
-    std::nth_element(own.begin(), place, own.end());
-    least_ = *place;
-  }
-
-  std::vector<Rgb> like(const std::vector<Rgb>& colors) const { return chosen(colors, true); }
-
-  std::vector<Rgb> unlike(const std::vector<Rgb>& colors) const { return chosen(colors, false); }
-
-  /// Those that are more like these than like others.
-  std::vector<Rgb> nearerThan(const SimilarColors& others, const std::vector<Rgb>& colors) const {
-    const std::vector<float> here = model_.logLikelihoods(colors);
-    const std::vector<float> there = others.model_.logLikelihoods(colors);
-    std::vector<Rgb> result;
-    for (std::size_t i = 0; i < colors.size(); ++i) {
-      if (here[i] > there[i])
-        result.push_back(colors[i]);
-    }
-    return result;
-  }
-
-  double shareOf(const std::vector<Rgb>& colors) const {
-    return colors.empty()
-               ? 0.0
-               : static_cast<double>(like(colors).size()) / static_cast<double>(colors.size());
-  }
-
- private:
-  std::vector<Rgb> chosen(const std::vector<Rgb>& colors, bool alike) const {
-    const std::vector<float> densities = model_.logLikelihoods(colors);
-    std::vector<Rgb> result;
-    for (std::size_t i = 0; i < colors.size(); ++i) {
-      if ((densities[i] >= least_) == alike)
-        result.push_back(colors[i]);
-    }
-    return result;
-  }
-
-  ColorModel model_;
-  float least_ = 0.0F;  // log-likelihood
-};
-
 class FrameParser {
  public:
   FrameParser(
@@ -264,6 +215,8 @@ class FrameParser {
   /// A long shirt hangs over hips and thighs, but not down to the knees: where that is how the
   /// chest's colours are spread, those on the thighs are no colours of the lower garment. That one
   /// shows on a good part of the thighs, or else above the knees: a short dress leaves its shades.
+  /// Where it covers the knees, what else is on the thighs and nearer to the chest's colours is
+  /// shades and prints of the shirt.
   ClassColors withoutUpperOnThighs(ClassColors colors) const {
     std::vector<Rgb>& lower = colors[kLowerLabel - 1U];
     for (const auto& ofClass : colors) {
@@ -290,7 +243,7 @@ class FrameParser {
     const std::vector<Rgb> cloth =
         SimilarColors(colors[kSkinLabel - 1U]).unlike(upper.unlike(aboveKnees));
     const bool coversKnees = cloth.size() >= kFewestColors && 2 * cloth.size() >= aboveKnees.size();
-    if (coversKnees) {  // shades and prints of what hangs over the thighs are none of it
+    if (coversKnees) {
       const SimilarColors trousers(cloth);
       const std::vector<Rgb> shades = upper.nearerThan(trousers, trousers.unlike(shown));
       shown = trousers.like(shown);
@@ -448,9 +401,10 @@ class FrameParser {
     }
   }
 
-  /// No trousers reach over all of a foot: what looks so is a shoe of their colour.
+  /// No trousers reach over all of a foot: what looks so is a shoe of their colour, though no patch
+  /// of its own.
   static void takeShodFeet(const PartImage& parts, int width, std::vector<std::uint8_t>& labels) {
-    constexpr double kShod = 0.7;
+    constexpr double kShod = 0.7;  // of what is seen of a foot
     cv::Mat feet(static_cast<int>(labels.size()) / width, width, CV_8U);
     for (std::size_t i = 0; i < labels.size(); ++i)
       feet.data[i] = parts.parts[i] == BodyPart::kFoot && labels[i] != kNoLabel ? 1 : 0;

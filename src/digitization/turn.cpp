@@ -122,7 +122,10 @@ class TurnTracking {
  private:
   TrackedRecording tracked(const KnownPerson& person, int count) const {
     return tracked(
-        {.model = model_, .betas = person.betas, .outer = person.clothes, .usualLean = person.lean},
+        {.model = model_,
+         .betas = person.betas,
+         .outer = person.clothes,
+         .usualLean = person.usualLean},
         count);
   }
 

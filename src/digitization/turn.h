@@ -64,8 +64,8 @@ class TurnedAngle {
 /// A person's shape and clothes, as far as they are known.
 struct KnownPerson {
   Eigen::VectorXd betas;
-  std::optional<OuterLayer> clothes;    ///< absent: none were found
-  std::optional<Eigen::Vector3d> lean;  ///< see TrackerOptions
+  std::optional<OuterLayer> clothes;         ///< absent: none were found
+  std::optional<Eigen::Vector3d> usualLean;  ///< see TrackerOptions
 };
 
 /// Tracks a turn once more, now that the person is known: skin under cloth is no longer taken for

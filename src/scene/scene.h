@@ -182,7 +182,7 @@ struct SceneTruth {
   double mass = 0.6;        ///< times the mass per area
   double friction = 1.5;
   double softTissue = 0.01;    ///< largest offset of the skin [m]
-  double settleSeconds = 3.0;  ///< a soft dress takes two
+  double settleSeconds = 3.0;  ///< after one, a soft dress still swings
   std::uint32_t seed = 0;
   int backStride = 1;  ///< frames from one picture of the hidden camera to the next
 };

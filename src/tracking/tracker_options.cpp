@@ -27,6 +27,7 @@ void TrackerOptions::validate() const {
       lastGate > 0.0 && firstGate >= lastGate && firstGate <= 1.0,
       "gates must be 0 < lastGate <= firstGate <= 1 m");
   require(!floorHeight || std::isfinite(*floorHeight), "floorHeight must be finite");
+  require(!usualLean || usualLean->allFinite(), "usualLean must be finite");
 }
 
 }  // namespace simulcap

@@ -28,7 +28,8 @@ struct TrackerOptions {
   /// The poses found have no arm in the trunk: see armsApart(). Tracking goes on from where depth
   /// has them.
   bool armsApart = false;
-  /// How the person leans, see avatar::lean(), about which it stays upright. Absent: isn't known.
+  /// How the person leans on the whole, see avatar::lean() [rad]: poses are held near it. Absent:
+  /// isn't known.
   std::optional<Eigen::Vector3d> usualLean = {};
   /// Betas are estimated along with the pose until setBetas() or holdBetas(). Off: they stay 0.
   bool estimateShape = true;
